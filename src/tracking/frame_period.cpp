@@ -6,20 +6,11 @@
 
 namespace mono_pose_tracker {
 
-namespace {
-
-constexpr double kPauseS = 2;          // a longer gap is a pause, not a slow camera
-constexpr std::size_t kLeastGaps = 8;  // fewer may be a single burst
-
-bool is_gap(double seconds) { return seconds > 0 && seconds < kPauseS; }
-
-}  // namespace
-
 void FramePeriod::note(double stamp_s, double arrival_s) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const double stamp_gap = stamp_s - std::exchange(last_stamp_s_, stamp_s);
   const double arrival_gap = arrival_s - std::exchange(last_arrival_s_, arrival_s);
-  if (!std::exchange(has_last_, true) || !is_gap(stamp_gap) || arrival_gap >= kPauseS) return;
+  if (!std::exchange(has_last_, true) || !is_gap(stamp_gap) || arrival_gap >= options_.pause_s) return;
   stamp_gaps_s_[noted_ % kKept] = stamp_gap;
   arrival_gaps_s_[noted_ % kKept] = std::max(arrival_gap, 0.0);
   ++noted_;
@@ -32,7 +23,7 @@ bool FramePeriod::has_come_after(double arrival_s) const {
 
 double FramePeriod::milliseconds() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (noted_ < kLeastGaps) return 0;
+  if (noted_ < options_.least_gaps) return 0;
   const std::size_t kept = std::min(noted_, kKept);
   std::array<double, kKept> gaps = stamp_gaps_s_;
   const auto quartile = gaps.begin() + static_cast<std::ptrdiff_t>(kept / 4);

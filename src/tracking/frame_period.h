@@ -6,10 +6,17 @@
 
 namespace mono_pose_tracker {
 
+struct FramePeriodOptions {
+  double pause_s = 2;          // a longer gap is a pause, not a slow camera
+  std::size_t least_gaps = 8;  // fewer may be a single burst
+};
+
 /// Estimates the period of a live camera from all images, including dropped ones. May be used from any
 /// thread. It has no clock; times are passed in.
 class FramePeriod {
  public:
+  explicit FramePeriod(const FramePeriodOptions& options = {}) : options_(options) {}
+
   /// stamp_s: the image's own stamp [s]; arrival_s: its arrival [s, monotonic clock].
   void note(double stamp_s, double arrival_s);
 
@@ -24,6 +31,9 @@ class FramePeriod {
  private:
   static constexpr std::size_t kKept = 32;
 
+  bool is_gap(double seconds) const { return seconds > 0 && seconds < options_.pause_s; }
+
+  const FramePeriodOptions options_;
   mutable std::mutex mutex_;
   std::array<double, kKept> stamp_gaps_s_{}, arrival_gaps_s_{};
   std::size_t noted_ = 0;

@@ -9,26 +9,12 @@
 
 namespace mono_pose_tracker {
 
-namespace {
-
-constexpr double kGate = 22.46;   // chi-square of six degrees of freedom, 99.9 %
-constexpr int kLeastLearnt = 15;  // innovations: fewer do not determine a variance
-// Weight of the newest innovation in the variance: half a second at 30 Hz.
-constexpr double kWeight = 1.0 / 15;
-// Motion has jerks: an innovation is clipped at three standard deviations when the variance is updated, so
-// that a wrong pose does not admit the next.
-constexpr double kClip = 9;
-// Relative to the usual share: a wrong pose finds at most half of the expected points, and so does a blurred
-// image, whose pose may be off as well.
-constexpr double kUnexplained = 0.6;
-
-double learn(double variance, double squared, int learnt) {
-  const double weight = std::max(kWeight, 1.0 / (learnt + 1));
-  const double clipped = learnt < kLeastLearnt ? squared : std::min(squared, kClip * variance);
+double InnovationGate::learn(double variance, double squared) const {
+  const double weight = std::max(options_.weight, 1.0 / (learnt_ + 1));
+  const double clipped =
+      learnt_ < options_.least_learnt ? squared : std::min(squared, options_.clip * variance);
   return (1 - weight) * variance + weight * clipped;
 }
-
-}  // namespace
 
 std::optional<std::string> InnovationGate::judge(std::int64_t stamp_ns,
                                                  const RegistrationReport& registration,
@@ -67,11 +53,12 @@ std::optional<std::string> InnovationGate::doubt_of(std::int64_t stamp_ns,
       static_cast<double>(registration.support.found) / std::max(1.0, registration.support.in_map.expected);
   // A pose after a doubtful one needs the support of a relocalisation.
   const bool goes_on_in_doubt = in_a_row_ > 0 && !is_supported(registration.support, min_inliers);
-  const bool is_outlier = learnt_ >= kLeastLearnt &&
-                          (goes_on_in_doubt || (distance2 > kGate && share < kUnexplained * usual_share_));
-  if (!is_outlier) usual_share_ += std::max(kWeight, 1.0 / (learnt_ + 1)) * (share - usual_share_);
-  rotation_variance_ = learn(rotation_variance_, turn * turn / 3, learnt_);
-  translation_variance_ = learn(translation_variance_, shift * shift / 3, learnt_);
+  const bool is_outlier =
+      learnt_ >= options_.least_learnt &&
+      (goes_on_in_doubt || (distance2 > options_.gate && share < options_.unexplained * usual_share_));
+  if (!is_outlier) usual_share_ += std::max(options_.weight, 1.0 / (learnt_ + 1)) * (share - usual_share_);
+  rotation_variance_ = learn(rotation_variance_, turn * turn / 3);
+  translation_variance_ = learn(translation_variance_, shift * shift / 3);
   ++learnt_;
   if (!is_outlier) return std::nullopt;
   return formatted(

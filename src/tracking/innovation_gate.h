@@ -9,6 +9,16 @@
 
 namespace mono_pose_tracker {
 
+struct InnovationGateOptions {
+  double gate = 22.46;       // chi-square of six degrees of freedom, 99.9 %
+  int least_learnt = 15;     // innovations: fewer do not determine a variance
+  double weight = 1.0 / 15;  // of the newest innovation in the variance: half a second at 30 Hz
+  double clip = 9;  // variances. Motion has jerks: an innovation is clipped at three standard deviations
+                    // when the variance is updated, so that a wrong pose does not admit the next
+  double unexplained = 0.6;  // of the usual share: a wrong pose finds at most half of the expected points,
+                             // and so does a blurred image, whose pose may be off as well
+};
+
 // Gates poses by their innovation: a pose is doubtful when it does not fit the previous motion and explains
 // fewer of the expected points than usual, or is constrained by too few features. The camera is expected to
 // continue its last motion; the variance of the innovation is learnt from the recording, for a hand as for a
@@ -16,6 +26,8 @@ namespace mono_pose_tracker {
 // One thread.
 class InnovationGate {
  public:
+  explicit InnovationGate(const InnovationGateOptions& options = {}) : options_(options) {}
+
   // Called once for each registered frame, in order. predicted_camera_from_map: nothing where the frame
   // before had no pose. min_inliers: minimum of any pose. Returns the reason for doubt; nothing where there
   // is none.
@@ -31,13 +43,16 @@ class InnovationGate {
   }
   // The unit of the map changes.
   void rescale(double scale) { translation_variance_ *= scale * scale; }
-  void reset() { *this = InnovationGate(); }
+  void reset() { *this = InnovationGate(options_); }
 
  private:
   std::optional<std::string> doubt_of(std::int64_t stamp_ns, const RegistrationReport& registration,
                                       const std::optional<Rigid3>& predicted_camera_from_map,
                                       int min_inliers);
 
+  double learn(double variance, double squared) const;
+
+  InnovationGateOptions options_;
   int in_a_row_ = 0;
   std::optional<std::int64_t> last_stamp_ns_;
   double usual_gap_ns_ = 0;  // between frames

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 namespace mono_pose_tracker {
 
 /// Work that is skipped for lack of time; each level includes the previous ones.
@@ -12,10 +15,28 @@ enum LoadLevel : int {
   kCoarserOctave = 4,  // the image at half the size; not where the octave was chosen explicitly
 };
 
+/// When work is reduced and restored. Shares are of the period, in (0, 1]; counts are in images.
+struct LoadGovernorOptions {
+  double mean_weight = 0.1;      // of the newest latency
+  double too_late = 0.9;         // share: above it, images are dropped as soon as one takes a little longer
+  double no_longer_spare = 0.5;  // share: optional work must leave time to other programs
+  /// Share at each level, from kFullWork on, below which the next level up would still be in time. Drawing
+  /// and mapping, on a thread of its own, take little time from tracking. Twice the features or a finer
+  /// octave take nearly twice the time. An octave finer than usual has four times the pixels and up to twice
+  /// the features: eight times.
+  std::array<double, 5> to_spare = {0.125, 0.75, 0.75, 0.5, 0.5};
+  int held_up = 5;       // after a change, that may have waited for an earlier one
+  int settling = 15;     // after a change until it shows in the mean
+  int least_calm = 90;   // with time to spare, before work is restored: three seconds at 30 Hz
+  int most_calm = 1440;  // four doublings: a failing level is tried once in 48 s
+};
+
 /// Keeps the latency of live images below their period by reducing work, and restores it when there is time.
 /// It has no clock; times are passed in.
 class LoadGovernor {
  public:
+  explicit LoadGovernor(const LoadGovernorOptions& options = {}) : options_(options) {}
+
   /// Called when an image is done, latency_ms after its arrival. period_ms: between two arrivals
   /// (FramePeriod), 0: unknown. overtaken: whether the next one arrived before. A sender that waits for each
   /// answer is never overtaken. Returns the LoadLevel for the next image.
@@ -25,14 +46,16 @@ class LoadGovernor {
  private:
   void do_less();
   void change_level(int level);
+  double share_to_spare() const;
 
+  LoadGovernorOptions options_;
   int level_ = kTimeToSpare;    // a map begins in the first images; valid until the period is known
   double mean_ms_ = 0;          // latency, of the last ten images or so
   int since_change_ = 0;        // images
   int since_overtaken_ = 1000;  // images; long ago
   int calm_ = 0;                // consecutive images with time to spare
-  int calm_needed_ = 90;        // before work is restored: three seconds at 30 Hz
-  bool went_back_up_ = false;   // the last change restored work
+  int calm_needed_ = options_.least_calm;  // before work is restored
+  bool went_back_up_ = false;              // the last change restored work
 };
 
 }  // namespace mono_pose_tracker

@@ -20,8 +20,10 @@ std::vector<cv::Point2f> pixels_of(const Frame& frame, const RegistrationReport&
   return pixels;
 }
 
-ObjectFinder::ObjectFinder(const SegmentationOptions& options, const CameraModel& camera)
+ObjectFinder::ObjectFinder(const SegmentationOptions& options, const CameraModel& camera,
+                           const ObjectFinderOptions& limits)
     : options_(options),
+      limits_(limits),
       camera_(camera),
       segmenter_(options, read_background_image(options)),
       motion_mask_(options) {}
@@ -88,22 +90,19 @@ double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& fra
   return moved.empty() ? std::numeric_limits<double>::max() : median(std::move(moved));
 }
 
-// Updates the mask with the object's pixels and its displacement. Motion counts from two pixels on, as less
-// is pose noise. A motion that returns the object to an earlier place, such as a nodding head, does not
-// count: its texture is there again.
+// Updates the mask with the object's pixels and its displacement. A motion that returns the object to an
+// earlier place, such as a nodding head, does not count: its texture is there again.
 void ObjectFinder::follow(const Frame& frame, const TrackingMap& map,
                           const RegistrationReport& registration) {
-  constexpr double kLeastMove = 2;          // px
-  constexpr std::size_t kMostVisited = 50;  // after this number of poses the background is learnt
   if (!motion_mask_.is_started() || !masks_now()) return;
   double moved = std::numeric_limits<double>::max();
   for (const Rigid3& visited : visited_) {
     moved = std::min(moved, moved_since(visited, frame, map, registration));
   }
   const bool is_known = moved < std::numeric_limits<double>::max();  // otherwise this is the first place
-  const bool is_new = is_known && moved >= kLeastMove;
+  const bool is_new = is_known && moved >= limits_.least_move_px;
   if (is_new || !is_known) visited_.push_back(registration.camera_from_map);
-  if (visited_.size() > kMostVisited) visited_.erase(visited_.begin());
+  if (visited_.size() > limits_.most_visited) visited_.erase(visited_.begin());
   motion_mask_.observe(pixels_of(frame, registration), is_new ? moved : 0);
 }
 

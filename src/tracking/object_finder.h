@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
@@ -17,12 +18,18 @@ namespace mono_pose_tracker {
 // Pixels of the features by which the frame was registered.
 std::vector<cv::Point2f> pixels_of(const Frame& frame, const RegistrationReport& registration);
 
+struct ObjectFinderOptions {
+  double least_move_px = 2;       // from which a motion counts: less is pose noise
+  std::size_t most_visited = 50;  // poses, after which the background is learnt
+};
+
 // Segments the object in each image (paper, step 1): by a given mask, a background or a backdrop, or by its
 // motion in front of a static background once a bootstrap has separated the two. One thread.
 class ObjectFinder {
  public:
   // Throws std::invalid_argument when the background image cannot be read.
-  ObjectFinder(const SegmentationOptions& options, const CameraModel& camera);
+  ObjectFinder(const SegmentationOptions& options, const CameraModel& camera,
+               const ObjectFinderOptions& limits = {});
 
   // Segments the next image. given: a mask (not 0: object), or empty. may_begin: this image may begin a map.
   // masks: the object found by its motion is the one that is tracked or searched.
@@ -62,6 +69,7 @@ class ObjectFinder {
   bool masks_at(std::int64_t frame_index) const;
 
   SegmentationOptions options_;
+  ObjectFinderOptions limits_;
   CameraModel camera_;
   Segmenter segmenter_;
   MotionMask motion_mask_;

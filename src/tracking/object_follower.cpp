@@ -15,7 +15,7 @@ bool ObjectFollower::follow(const CameraModel& camera, const TrackerOptions& opt
     known_[m.second] = last_.sides[m.first];
   }
   const std::vector<cv::Point2f> turning = known_pixels(*frame->image, FeatureMotion::kTurns);
-  if (turning.size() < kFewest) return false;
+  if (turning.size() < options_.min_features) return false;
   *frame = settle(camera, *frame, turning);
   return true;
 }
@@ -32,7 +32,7 @@ Frame ObjectFollower::settle(const CameraModel& camera, const Frame& frame,
 }
 
 void ObjectFollower::settle(const std::vector<cv::Point2f>& inliers) {
-  if (inliers.size() >= kFewest) divide(last_.image, inliers);
+  if (inliers.size() >= options_.min_features) divide(last_.image, inliers);
 }
 
 std::vector<cv::Point2f> ObjectFollower::known_pixels(const ImageFeatures& image, FeatureMotion side) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -10,11 +11,16 @@
 
 namespace mono_pose_tracker {
 
+struct ObjectFollowerOptions {
+  std::size_t min_features = 8;  // fewer do not locate an object
+};
+
 // Follows an object that was separated from other motions from image to image. Used live, where the recording
 // cannot be evaluated a second time.
 class ObjectFollower {
  public:
-  explicit ObjectFollower(TurningObject start) : last_(std::move(start)) {}
+  explicit ObjectFollower(TurningObject start, const ObjectFollowerOptions& options = {})
+      : options_(options), last_(std::move(start)) {}
 
   // Reduces the frame to the object's features: those nearer to matched features of the object than to ones
   // that move independently. Returns false and keeps all features where too few of the object's are found.
@@ -27,14 +33,12 @@ class ObjectFollower {
   Frame settle(const CameraModel& camera, const Frame& frame, const std::vector<cv::Point2f>& inliers);
 
  private:
-  // Fewer features do not locate an object.
-  static constexpr std::size_t kFewest = 8;
-
   std::vector<cv::Point2f> known_pixels(const ImageFeatures& image, FeatureMotion side) const;
   // Assigns every feature of the image to the object or to other motions: as in the previous image, else by
   // the nearest feature.
   void divide(ImageFeaturesPtr image, const std::vector<cv::Point2f>& turning);
 
+  ObjectFollowerOptions options_;
   TurningObject last_;
   std::vector<FeatureMotion> known_;  // of the features of the last image, by the one before
 };
