@@ -18,14 +18,11 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& tra
   return alone;
 }
 
-bool may_distort_path(std::size_t doubtful, std::size_t registered) {
-  // Error of a doubtful pose, in steps between images. An estimate: measured wrong poses had one to three.
-  constexpr double kSteps = 3;
-  constexpr double kMostShare = 0.25;  // of all frames: consecutive doubtful poses propagate their error
+bool may_distort_path(std::size_t doubtful, std::size_t registered, const DoubtfulFramesOptions& options) {
   if (registered == 0) return false;
   const auto n = static_cast<double>(registered), d = static_cast<double>(doubtful);
   // Relative to the path, of one step for each image: root mean square over all images.
-  return d > kMostShare * n || kSteps / n * std::sqrt(d / n) > QualityOptions().max_path_sigma;
+  return d > options.most_share * n || options.steps / n * std::sqrt(d / n) > QualityOptions().max_path_sigma;
 }
 
 }  // namespace mono_pose_tracker

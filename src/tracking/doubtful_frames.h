@@ -9,6 +9,12 @@
 
 namespace mono_pose_tracker {
 
+struct DoubtfulFramesOptions {
+  double steps = 3;          // error of a doubtful pose, in steps between images. An estimate: measured wrong
+                             // poses had one to three
+  double most_share = 0.25;  // of all frames: consecutive doubtful poses propagate their error
+};
+
 // Frames of the trajectory with doubtful poses, without those between two certain poses: their errors are
 // small, or they were detected as outliers.
 std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,
@@ -16,6 +22,7 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& tra
 
 // Whether this number of doubtful poses may distort the path by more than the uncertainty of a known path
 // (quality/path_precision.h).
-bool may_distort_path(std::size_t doubtful, std::size_t registered);
+bool may_distort_path(std::size_t doubtful, std::size_t registered,
+                      const DoubtfulFramesOptions& options = {});
 
 }  // namespace mono_pose_tracker

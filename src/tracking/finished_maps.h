@@ -21,9 +21,4 @@ std::size_t frames_outside_first(const std::vector<FinishedMap>& maps);
 // Loaded maps stay.
 void exclude_covered_maps(std::vector<FinishedMap>* maps);
 
-// A map other than the first with fewer images than this is not confirmed. The reason for its separation is
-// unknown, and inconsistencies hardly show in so few images: maps of ten to sixteen images without any
-// finding were 5 to 9 % off; none of twenty or more was.
-constexpr std::size_t kLeastOutsideFirst = 20;
-
 }  // namespace mono_pose_tracker

@@ -9,35 +9,30 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Nearest tracks that vote, including the track itself: they outvote a single wrong match among the other
-// object's features.
-constexpr std::size_t kVoters = 5;
-// Fewer features do not locate an object.
-constexpr int kFewest = 8;
-
-std::vector<MotionTrack> outvoted(const std::vector<MotionTrack>& tracks) {
+std::vector<MotionTrack> outvoted(const std::vector<MotionTrack>& tracks, std::size_t voters) {
   std::vector<MotionTrack> smooth = tracks;
   for (MotionTrack& track : smooth) {
     DistantVotes near;
     for (const MotionTrack& t : tracks) near.emplace_back((t.from - track.from).squaredNorm(), t.is_other);
-    track.is_other = most_of_nearest(kVoters, std::move(near));
+    track.is_other = most_of_nearest(voters, std::move(near));
   }
   return smooth;
 }
 
-bool show_both(const std::vector<MotionTrack>& tracks) {
+bool show_both(const std::vector<MotionTrack>& tracks, int min_features) {
   const auto others = std::count_if(tracks.begin(), tracks.end(), [](const auto& t) { return t.is_other; });
-  return others >= kFewest;
+  return others >= min_features;
 }
 
 }  // namespace
 
-ObjectMasks::ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within)
+ObjectMasks::ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within,
+                         const ObjectMasksOptions& options)
     : within_(std::move(within)) {
   for (const MotionTrack& track : tracks) spans_[track.from_index].push_back(track);
   for (auto span = spans_.begin(); span != spans_.end();) {
-    span->second = outvoted(span->second);
-    span = show_both(span->second) ? std::next(span) : spans_.erase(span);
+    span->second = outvoted(span->second, options.voters);
+    span = show_both(span->second, options.min_features) ? std::next(span) : spans_.erase(span);
   }
 }
 

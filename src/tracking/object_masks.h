@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -11,12 +12,19 @@
 
 namespace mono_pose_tracker {
 
+struct ObjectMasksOptions {
+  std::size_t voters = 5;  // nearest tracks that vote, including the track itself: they outvote a single
+                           // wrong match among the other object's features
+  int min_features = 8;    // of the other object: fewer do not locate it
+};
+
 // Masks of the independent motion next to the mapped object, for every image of a recording: pixels nearer to
 // its features than to those of the mapped object. Features move linearly between keyframes.
 class ObjectMasks {
  public:
   // within: masks of which these are a part; null: none.
-  ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within);
+  ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within,
+              const ObjectMasksOptions& options = {});
 
   bool are_empty() const { return spans_.empty(); }
   // Whether features were observed before and after the image, or in it.

@@ -14,16 +14,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// A single keyframe may be blurred; in more of them, landmarks at the rim are no longer visible.
-constexpr std::size_t kNearest = 2;
-
 // Landmarks of the nearest keyframes.
-std::set<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map) {
+std::set<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map,
+                                    std::size_t keyframes) {
   std::vector<std::pair<double, const Keyframe*>> near;
   for (const auto& entry : map.keyframes()) {
     near.emplace_back((entry.second.center_in_map() - center_in_map).norm(), &entry.second);
   }
-  const auto last = near.begin() + static_cast<std::ptrdiff_t>(std::min(kNearest, near.size()));
+  const auto last = near.begin() + static_cast<std::ptrdiff_t>(std::min(keyframes, near.size()));
   std::partial_sort(near.begin(), last, near.end(), [](const auto& a, const auto& b) {
     return a.first < b.first || (a.first == b.first && a.second->id < b.second->id);
   });
@@ -38,8 +36,9 @@ std::set<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& cente
 
 }  // namespace
 
-ObjectOutlines::ObjectOutlines(const RecordingResult& result, const CameraModel& camera)
-    : map_(result.maps.front().map), camera_(camera) {
+ObjectOutlines::ObjectOutlines(const RecordingResult& result, const CameraModel& camera,
+                               const ObjectOutlinesOptions& options)
+    : map_(result.maps.front().map), camera_(camera), options_(options) {
   for (const RegisteredFrame& frame : result.trajectory) {
     camera_from_map_[frame.index] = frame.map_from_camera.inverse();
   }
@@ -58,7 +57,8 @@ cv::Mat ObjectOutlines::outlined(std::int64_t frame_index, const cv::Mat& image,
   const auto pose = camera_from_map_.find(frame_index);
   if (pose == camera_from_map_.end()) return mask;
   ObjectPoints points;
-  for (const LandmarkId l : landmarks_near(map_, pose->second.inverse().translation)) {
+  for (const LandmarkId l :
+       landmarks_near(map_, pose->second.inverse().translation, options_.nearest_keyframes)) {
     Eigen::Vector2d pixel;
     if (!camera_.project(pose->second * map_.landmark(l)->x_in_map, &pixel)) continue;
     points.object.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -10,12 +11,18 @@
 
 namespace mono_pose_tracker {
 
-/// Outlines of the object of a finished recording's first map in its images, from the landmarks of the two
+struct ObjectOutlinesOptions {
+  std::size_t nearest_keyframes = 2;  // a single keyframe may be blurred; in more of them, landmarks at the
+                                      // rim are no longer visible
+};
+
+/// Outlines of the object of a finished recording's first map in its images, from the landmarks of the
 /// keyframes nearest to the image's viewpoint and from the independent motion.
 class ObjectOutlines {
  public:
   /// The result must outlive this object.
-  ObjectOutlines(const RecordingResult& result, const CameraModel& camera);
+  ObjectOutlines(const RecordingResult& result, const CameraModel& camera,
+                 const ObjectOutlinesOptions& options = {});
 
   /// Whether an independent motion was found next to the object in at least half of the images.
   bool have_other() const { return others_ != nullptr; }
@@ -27,6 +34,7 @@ class ObjectOutlines {
  private:
   const Map& map_;
   CameraModel camera_;
+  ObjectOutlinesOptions options_;
   std::map<std::int64_t, Rigid3> camera_from_map_;  // by frame index
   std::shared_ptr<const ObjectMasks> others_;       // null: none
 };

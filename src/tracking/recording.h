@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -92,6 +93,16 @@ struct TrackedRecording {
 using TrackerMaker = std::function<std::unique_ptr<Tracker>()>;
 using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 
+/// How a recording is tracked again.
+struct AttemptOptions {
+  /// Sampled images at equal distances: every ninth in a minute at 30 Hz, between which a head rotates little
+  /// enough for matching. Their features take some hundred megabytes at most.
+  std::int64_t sampled_images = 200;
+  std::array<double, 4> seeds = {0, 0.5, 0.25, 0.75};  // shares of the recording, as far apart as possible
+  int most_objects = 3;                                // a head, the shoulders below it, the room behind
+  double plainly_larger = 1.2;  // minimum ratio of sizes, as in MotionEvidence::is_larger
+};
+
 /// Tracks the recording. Where the result is not confirmed or an object's map is in several parts, tracks it
 /// again from other seeds (half way, a quarter, three quarters) until one is confirmed: at most four times.
 /// The better result is kept (is_better in result_choice.h).
@@ -100,6 +111,7 @@ using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 /// of a static background; of the larger of two objects where the map is of the smaller; and of the object
 /// that rotates, where segmentation/body asks for it and the map is of another one.
 TrackedRecording track_until_confirmed(const Recording& recording, const TrackerMaker& make_tracker,
-                                       const ObserverOfAttempt& observer_of);
+                                       const ObserverOfAttempt& observer_of,
+                                       const AttemptOptions& options = {});
 
 }  // namespace mono_pose_tracker

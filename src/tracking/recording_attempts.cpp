@@ -24,8 +24,11 @@ namespace {
 // Counts the runs.
 class Attempts {
  public:
-  Attempts(const TrackerMaker& make_tracker, const ObserverOfAttempt& observer_of)
-      : make_tracker_(make_tracker), observer_of_(observer_of) {}
+  Attempts(const TrackerMaker& make_tracker, const ObserverOfAttempt& observer_of,
+           const AttemptOptions& options)
+      : make_tracker_(make_tracker), observer_of_(observer_of), options_(options) {}
+
+  const AttemptOptions& options() const { return options_; }
 
   TrackedRecording next(const Recording& recording) {
     TrackedRecording made;
@@ -40,6 +43,7 @@ class Attempts {
  private:
   const TrackerMaker& make_tracker_;
   const ObserverOfAttempt& observer_of_;
+  const AttemptOptions& options_;
   int count_ = 0;
 };
 
@@ -51,12 +55,10 @@ bool is_of_smaller_object(const RecordingResult& result) {
   return result.tracked && result.maps.front().is_of_smaller_object;
 }
 
-// Number of sampled images at equal distances: every ninth in a minute at 30 Hz, between which a head rotates
-// little enough for matching. Their features take some hundred megabytes at most.
-constexpr std::int64_t kSampled = 200;
-
-StaticBackground background_of(const Recording& recording, const RecordingResult& result, Tracker* tracker) {
-  const std::int64_t step = std::max<std::int64_t>(1, (result.frames_total + kSampled - 1) / kSampled);
+StaticBackground background_of(const Recording& recording, const RecordingResult& result,
+                               std::int64_t sampled_images, Tracker* tracker) {
+  const std::int64_t step =
+      std::max<std::int64_t>(1, (result.frames_total + sampled_images - 1) / sampled_images);
   std::vector<SeenImage> images;
   read_again(
       recording, result, *tracker, [&](std::int64_t index) { return index % step == 0; },
@@ -70,10 +72,11 @@ StaticBackground background_of(const Recording& recording, const RecordingResult
 // Where the tracked object is in doubt, or nothing was tracked: tests the whole recording for motion in front
 // of a static background. If there is any, the recording is tracked with masks of the moving object from then
 // on.
-bool exclude_background(const TrackedRecording& first, Recording* recording) {
+bool exclude_background(const AttemptOptions& options, const TrackedRecording& first, Recording* recording) {
   if (is_confirmed(first.result)) return false;
   if (recording->masks || !first.tracker->may_have_background() || recording->interrupted()) return false;
-  const StaticBackground background = background_of(*recording, first.result, first.tracker.get());
+  const StaticBackground background =
+      background_of(*recording, first.result, options.sampled_images, first.tracker.get());
   if (!background.exists) return false;
   auto masks = std::make_shared<ObjectMasks>(background.tracks, nullptr);
   if (masks->are_empty()) return false;
@@ -89,9 +92,6 @@ double observations_of(const RecordingResult& result) {
   }
   return static_cast<double>(count);
 }
-
-// Seeds as shares of the recording, as far apart as possible.
-constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};
 
 std::int64_t frame_at(double share, const RecordingResult& result) {
   return static_cast<std::int64_t>(share * static_cast<double>(result.frames_total));
@@ -111,9 +111,9 @@ bool can_be_tracked(const Recording& masked) {
 // Tracks the recording with its masks, and again with masks of the independent motion until the map is of the
 // object that rotates most.
 TrackedRecording track_most_rotating_object(Attempts* attempts, Recording* masked) {
-  constexpr int kMostObjects = 3;  // a head, the shoulders below it, the room behind
   TrackedRecording found = attempts->next(*masked);
-  for (int objects = 2; objects < kMostObjects && is_of_other_object(found.result); ++objects) {
+  for (int objects = 2; objects < attempts->options().most_objects && is_of_other_object(found.result);
+       ++objects) {
     Recording within = within_other_object(*masked, found.result);
     if (!can_be_tracked(within)) break;
     *masked = std::move(within);
@@ -143,7 +143,7 @@ bool switch_to_other_object(Attempts* attempts, Recording* recording, TrackedRec
   const RecordingResult& first = kept->result;
   const Recording others = within_other_object(*recording, first);
   std::optional<TrackedRecording> best;
-  for (const double beginning : kBeginnings) {
+  for (const double beginning : attempts->options().seeds) {
     const bool is_done = best && is_confirmed(best->result) && is_most_of(best->result, first);
     if (is_done || !can_be_tracked(others)) break;
     Recording masked = others;
@@ -176,16 +176,15 @@ void report_smaller_object(double share, RecordingResult* result) {
 // kept, and the share of the smaller object is returned.
 std::optional<double> switch_to_larger_object(Attempts* attempts, Recording* recording,
                                               TrackedRecording* kept) {
-  constexpr double kPlainly = 1.2;  // minimum ratio of sizes, as in MotionEvidence::is_larger
   const double larger_share = kept->result.maps.front().independent_motion.share();
   if (recording->masks) return std::nullopt;
   Recording masked = within_other_object(*recording, kept->result);
-  for (const double beginning : kBeginnings) {
+  for (const double beginning : attempts->options().seeds) {
     if (!can_be_tracked(masked)) return std::nullopt;
     masked.first_tracked = frame_at(beginning, kept->result);
     TrackedRecording found = attempts->next(masked);
     if (!is_right_of_its_object(found.result) || !is_most_of(found.result, kept->result) ||
-        observations_of(found.result) < kPlainly * observations_of(kept->result)) {
+        observations_of(found.result) < attempts->options().plainly_larger * observations_of(kept->result)) {
       continue;
     }
     *recording = std::move(masked);
@@ -200,8 +199,9 @@ std::optional<double> switch_to_larger_object(Attempts* attempts, Recording* rec
 bool try_other_seeds(Attempts* attempts, std::size_t first_index, Recording recording,
                      TrackedRecording* kept) {
   bool is_kept = false;
-  for (std::size_t i = first_index; i < kBeginnings.size() && !recording.interrupted(); ++i) {
-    recording.first_tracked = frame_at(kBeginnings[i], kept->result);
+  const auto& seeds = attempts->options().seeds;
+  for (std::size_t i = first_index; i < seeds.size() && !recording.interrupted(); ++i) {
+    recording.first_tracked = frame_at(seeds[i], kept->result);
     TrackedRecording next = attempts->next(recording);
     if (is_better(next.result, kept->result)) {
       *kept = std::move(next);
@@ -215,15 +215,16 @@ bool try_other_seeds(Attempts* attempts, std::size_t first_index, Recording reco
 }  // namespace
 
 TrackedRecording track_until_confirmed(const Recording& as_given, const TrackerMaker& make_tracker,
-                                       const ObserverOfAttempt& observer_of) {
-  Attempts attempts(make_tracker, observer_of);
+                                       const ObserverOfAttempt& observer_of, const AttemptOptions& options) {
+  Attempts attempts(make_tracker, observer_of, options);
   Recording recording = as_given;
   recording.features = std::make_shared<FeatureMemory>(recording.feature_memory);
   TrackedRecording kept = attempts.next(recording);
   constexpr std::int64_t kLeast = 2;  // images, for a map
   if (!recording.try_again || kept.result.frames_total < kLeast) return kept;
   Recording again = recording;
-  const bool is_by_masks = exclude_background(kept, &again) && try_other_seeds(&attempts, 0, again, &kept);
+  const bool is_by_masks =
+      exclude_background(options, kept, &again) && try_other_seeds(&attempts, 0, again, &kept);
   if (!is_by_masks) again = recording;
   std::optional<double> smaller_share;
   if (is_of_smaller_object(kept.result)) smaller_share = switch_to_larger_object(&attempts, &again, &kept);

@@ -6,15 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "common/text.h"
-#include "doubtful_frames.h"
+#include "common/formatted.h"
 #include "finished_maps.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-constexpr std::size_t kMostNumbers = 10;  // of images listed in a message
 
 std::string name_of(std::size_t map) { return map == 0 ? "" : "map_" + std::to_string(map + 1) + ": "; }
 
@@ -57,15 +54,16 @@ void report_background(FinishedMap* map) {
   map->quality.add(std::move(finding));
 }
 
-std::string some_of(const std::vector<std::int64_t>& frames) {
+std::string some_of(const std::vector<std::int64_t>& frames, std::size_t most) {
   std::string numbers;
-  for (std::size_t i = 0; i < frames.size() && i < kMostNumbers; ++i) {
+  for (std::size_t i = 0; i < frames.size() && i < most; ++i) {
     numbers += (i == 0 ? "" : ", ") + std::to_string(frames[i]);
   }
-  return frames.size() > kMostNumbers ? numbers + ", ..." : numbers;
+  return frames.size() > most ? numbers + ", ..." : numbers;
 }
 
-void report_uncertain_images(const std::set<std::int64_t>& doubtful, std::size_t place, FinishedMap* map) {
+void report_uncertain_images(const RecordingFindingsOptions& options, const std::set<std::int64_t>& doubtful,
+                             std::size_t place, FinishedMap* map) {
   const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, doubtful);
   if (alone.empty()) return;
   Finding finding;
@@ -73,22 +71,22 @@ void report_uncertain_images(const std::set<std::int64_t>& doubtful, std::size_t
   finding.images = alone;
   finding.k = static_cast<int>(alone.size());
   finding.n = static_cast<int>(map->trajectory.size());
-  finding.is_disqualifying = may_distort_path(alone.size(), map->trajectory.size());
+  finding.is_disqualifying = may_distort_path(alone.size(), map->trajectory.size(), options.doubtful);
   finding.text = name_of(place) +
                  formatted(
                      "The poses of %d of %d images are uncertain (%s): few landmarks, far from the predicted "
                      "motion, or after a gap. Exclude these images where a wrong pose matters.",
-                     finding.k, finding.n, some_of(alone).c_str());
+                     finding.k, finding.n, some_of(alone, options.listed_images).c_str());
   map->quality.add(std::move(finding));
 }
 
 // A small map other than the first has too few images to be checked.
-void report_small_map(std::size_t place, FinishedMap* map) {
-  if (place == 0 || is_loaded(*map) || map->trajectory.size() >= kLeastOutsideFirst) return;
+void report_small_map(std::size_t least, std::size_t place, FinishedMap* map) {
+  if (place == 0 || is_loaded(*map) || map->trajectory.size() >= least) return;
   Finding finding;
   finding.kind = FindingKind::kFewImages;
   finding.k = static_cast<int>(map->trajectory.size());
-  finding.n = static_cast<int>(kLeastOutsideFirst);
+  finding.n = static_cast<int>(least);
   finding.text = name_of(place) +
                  formatted("The map has only %d images; a map other than the first needs %d to be confirmed.",
                            finding.k, finding.n);
@@ -110,8 +108,7 @@ void report_several_maps(RecordingResult* result) {
 }
 
 // Missing images are easily overlooked in a trajectory.
-void report_unregistered(RecordingResult* result) {
-  constexpr double kMostShare = 0.1;  // fewer are usual: every recording has some blurred images
+void report_unregistered(double most_share, RecordingResult* result) {
   std::set<std::int64_t> registered;
   for (const FinishedMap& map : result->maps) registered.merge(frames_of(map.trajectory));
   std::int64_t run = 0, longest = 0, last = -1;
@@ -126,7 +123,7 @@ void report_unregistered(RecordingResult* result) {
   }
   finding.k = static_cast<int>(finding.images.size());
   finding.n = static_cast<int>(result->frames_total);
-  if (finding.k <= kMostShare * finding.n) return;
+  if (finding.k <= most_share * finding.n) return;
   finding.text = formatted("%d of %d images have no pose, the longest gap is from %ld to %ld: ", finding.k,
                            finding.n, static_cast<long>(last - longest + 1), static_cast<long>(last));
   const auto unusable = static_cast<long>(result->frames_total - result->frames_with_features);
@@ -155,17 +152,17 @@ void spread_few_images(RecordingResult* result) {
 
 }  // namespace
 
-void add_findings(RecordingResult* result) {
+void add_findings(RecordingResult* result, const RecordingFindingsOptions& options) {
   std::vector<FinishedMap>& maps = result->maps;
   spread_few_images(result);
   for (std::size_t i = 0; i < maps.size(); ++i) {
-    report_uncertain_images(result->doubtful, i, &maps[i]);
-    report_small_map(i, &maps[i]);
+    report_uncertain_images(options, result->doubtful, i, &maps[i]);
+    report_small_map(options.least_outside_first, i, &maps[i]);
   }
   report_other_object(&maps.front());
   report_background(&maps.front());
   report_several_maps(result);
-  report_unregistered(result);
+  report_unregistered(options.most_unregistered, result);
   std::set<std::string> known;
   for (std::size_t i = 0; i < maps.size(); ++i) {
     for (const Finding& finding : maps[i].quality.findings()) {
