@@ -13,9 +13,6 @@ namespace {
 // Priorities below tracking, which must finish before the next image. Background jobs have the lowest one.
 constexpr int kNiceSteps = 5, kNiceStepsBackground = 10;
 
-// Multiplications of an iteration, about half a second, so that a tracker can stop soon.
-constexpr double kMaxIterationWork = 1e9;
-
 // Inline mapping has no limits of time or memory, as results that depend on the clock are not repeatable.
 MapperOptions unhurried(MapperOptions options) {
   options.mapping.bundle_seconds = std::numeric_limits<double>::max();
@@ -28,8 +25,8 @@ MapperOptions unhurried(MapperOptions options) {
 }  // namespace
 
 MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
-                             std::function<void()> before_job)
-    : mapper_(options, camera), threaded_(threaded), before_job_(std::move(before_job)) {
+                             std::function<void()> before_job, const MappingWorkerOptions& limits)
+    : mapper_(options, camera), limits_(limits), threaded_(threaded), before_job_(std::move(before_job)) {
   mapper_.set_options(prepared(options));
   if (!threaded_) return;
   try {
@@ -85,7 +82,7 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    if (keyframes_waiting() >= kMostKeyframesWaiting) return false;
+    if (keyframes_waiting() >= limits_.most_waiting) return false;
     epoch = epoch_;
   }
   post({[this, candidate](Mapper& mapper) { insert_and_seek(candidate, mapper); }, epoch, {}, true});
@@ -274,7 +271,7 @@ void MappingWorker::take_options() {
 
 MapperOptions MappingWorker::prepared(MapperOptions options) const {
   if (threaded_) {
-    options.bundle.max_iteration_work = kMaxIterationWork;
+    options.bundle.max_iteration_work = limits_.max_iteration_work;
   } else {
     options = unhurried(std::move(options));
   }

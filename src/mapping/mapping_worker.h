@@ -14,6 +14,12 @@
 
 namespace mono_pose_tracker {
 
+struct MappingWorkerOptions {
+  int most_waiting = 3;             // keyframes; more would be outdated when inserted
+  double max_iteration_work = 1e9;  // multiplications of an iteration, about half a second, so that a tracker
+                                    // can stop soon
+};
+
 /// Runs a Mapper and other jobs one after the other. Inline, every call returns when its work is done
 /// (repeatable). Threaded, the jobs run on a thread of their own, and only wait, begin and ask wait for work.
 /// Background jobs of the mapper have a second thread, so that keyframes are inserted
@@ -32,7 +38,7 @@ class MappingWorker {
 
   /// before_job is called before every job on the thread of the job, so that a test can delay mapping.
   MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
-                std::function<void()> before_job = {});
+                std::function<void()> before_job = {}, const MappingWorkerOptions& limits = {});
   ~MappingWorker();  // drops waiting jobs, stops a running solver, joins
   MappingWorker(const MappingWorker&) = delete;
   MappingWorker& operator=(const MappingWorker&) = delete;
@@ -48,7 +54,7 @@ class MappingWorker {
   /// Calls `question` with the mapper after the waiting jobs, and returns when it is done. A background job
   /// may still be running.
   void ask(const std::function<void(const Mapper&)>& question);
-  /// Returns false and queues nothing when kMostKeyframesWaiting keyframes wait already.
+  /// Returns false and queues nothing when MappingWorkerOptions::most_waiting keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
   /// Applies a similarity to the present map (Mapper::transform), after the waiting jobs.
   void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
@@ -68,8 +74,6 @@ class MappingWorker {
   Mapper& mapper() { return mapper_; }
   /// Publishes changes made through mapper().
   void publish_mapper();
-
-  static constexpr int kMostKeyframesWaiting = 3;  // more would be outdated when inserted
 
  private:
   struct Job {
@@ -99,6 +103,7 @@ class MappingWorker {
   int waiting() const;
 
   Mapper mapper_;
+  const MappingWorkerOptions limits_;
   const bool threaded_;
   const std::function<void()> before_job_;
   mutable std::mutex mutex_;

@@ -128,11 +128,11 @@ TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanMay) {
   int accepted = 0, refused = 0;
   for (int i = 0; i < 200 && refused == 0; ++i) {
     worker.insert(next) ? ++accepted : ++refused;
-    EXPECT_LE(worker.unfinished_jobs(), MappingWorker::kMostKeyframesWaiting + 1)
+    EXPECT_LE(worker.unfinished_jobs(), MappingWorkerOptions().most_waiting + 1)
         << "those that wait and the one under way";
   }
   EXPECT_EQ(refused, 1);
-  EXPECT_GE(accepted, MappingWorker::kMostKeyframesWaiting);
+  EXPECT_GE(accepted, MappingWorkerOptions().most_waiting);
   worker.wait();
   EXPECT_TRUE(worker.insert(next)) << "there is room again";
 }
@@ -170,7 +170,7 @@ TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
     MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
     begin(initial_map(), 0, &worker);
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
-    for (int i = 0; i < MappingWorker::kMostKeyframesWaiting; ++i) worker.insert(next);
+    for (int i = 0; i < MappingWorkerOptions().most_waiting; ++i) worker.insert(next);
   }
 }
 
@@ -235,7 +235,7 @@ TEST_F(MappingWorkerTest, TwoHundredResetsUnderLoad) {
     begin(initial, epoch, &worker);
     ASSERT_EQ(worker.latest()->epoch, epoch);
     ASSERT_EQ(worker.latest()->keyframes.size(), 2u);
-    for (int i = 0; i < MappingWorker::kMostKeyframesWaiting; ++i) worker.insert(next);
+    for (int i = 0; i < MappingWorkerOptions().most_waiting; ++i) worker.insert(next);
     worker.reset(epoch + 1);
     ASSERT_LE(worker.unfinished_jobs(), 1) << "only what is under way is left";
     if (epoch % 20 == 1) worker.wait();  // the running job has finished

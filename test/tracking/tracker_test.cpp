@@ -217,7 +217,7 @@ TEST(Tracker, MappingThatStandsStillNeverBlocksTracking) {
     const FrameReport report = next();
     registered_frames += report.map_from_camera.has_value();
     keyframes += report.is_keyframe;
-    EXPECT_LE(report.worker_backlog, MappingWorker::kMostKeyframesWaiting + 1);
+    EXPECT_LE(report.worker_backlog, MappingWorkerOptions().most_waiting + 1);
     expect_consistent(report);
   }
   EXPECT_EQ(registered_frames, 8) << "against the map as it was";
