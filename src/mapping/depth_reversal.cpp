@@ -8,9 +8,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "common/median.h"
-#include "common/parallel.h"
-#include "common/so3.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
+#include "common/threads.h"
 #include "mapping/motion_segmentation.h"
 #include "optimization/map_adjustment.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "optimization/map_adjustment.h"
 #include "optimization/pose_graph.h"
 

@@ -4,7 +4,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "common/parallel.h"
+#include "common/threads.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "sorted_unique.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "mapping/keyframe_locator.h"
 #include "mapping/map_joiner.h"
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "mapping/aliased_places.h"
 #include "mapping/pose_support.h"
 #include "mono_pose_tracker/geometry/sim3.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "map/place_finder.h"
+#include "map/tracking_map.h"
 #include "mapping/orientation_flip.h"
 #include "mapping/view_graph.h"
 #include "mono_pose_tracker/geometry/sim3.h"

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "mapping/alternative_map.h"
 #include "mapping/cross_view_matcher.h"
 #include "mapping/loop_verifier.h"

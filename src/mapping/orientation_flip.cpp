@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/median.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 

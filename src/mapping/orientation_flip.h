@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/map/map.h"
 #include "robust/similarity.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "map/frame.h"
 #include "mapping/initial_map.h"
 #include "mono_pose_tracker/camera/camera_model.h"

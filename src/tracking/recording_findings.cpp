@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/formatted.h"
+#include "common/text.h"
 #include "finished_maps.h"
 
 namespace mono_pose_tracker {
