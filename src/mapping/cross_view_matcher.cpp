@@ -79,9 +79,8 @@ std::vector<SharedTrack> shared_tracks_between(const MapperOptions& options, con
                                                const Map& map, const Keyframe& first,
                                                const Keyframe& second) {
   const std::vector<CandidateObservation> candidates = verified_observations(graph, first, second);
-  AbsolutePoseOptions pose_options;
-  pose_options.ransac = options.ransac;
-  const AbsolutePoseReport pose = pose_by(map, second, candidates, pose_options);
+  const AbsolutePoseReport pose =
+      pose_by(map, second, candidates, AbsolutePoseOptions::in_growing_map(options.ransac));
   if (!is_same_place(options, pose)) return {};
   return shared_tracks_of(candidates, pose.inliers, first, second);
 }

@@ -196,8 +196,7 @@ Poses register_one_by_one(const Map& map, const std::set<MatchToRest>& matches, 
     of_keyframe[m.keyframe].bearings.push_back(map.keyframe(m.keyframe)->image->set.bearings[m.feature]);
     of_keyframe[m.keyframe].points.push_back(map.landmark(m.landmark)->x_in_map);
   }
-  AbsolutePoseOptions options;
-  options.ransac = ransac;
+  const AbsolutePoseOptions options = AbsolutePoseOptions::in_growing_map(ransac);
   Poses poses;
   for (const auto& [id, observed] : of_keyframe) {
     const AbsolutePoseReport report = estimate_absolute_pose(observed.bearings, observed.points, options);

@@ -17,8 +17,7 @@ AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
   const std::vector<LandmarkMatch> matches = match_by_descriptors(candidates, image, options.matching);
   if (static_cast<int>(matches.size()) < options.min_inliers) return {};
   const LandmarkObservations visible = observations_by(image, candidates, matches);
-  AbsolutePoseOptions pose_options;
-  pose_options.ransac = options.ransac;
+  AbsolutePoseOptions pose_options = AbsolutePoseOptions::in_growing_map(options.ransac);
   for (const LandmarkMatch& m : matches) pose_options.quality.push_back(static_cast<float>(m.distance2));
   AbsolutePoseReport pose = estimate_absolute_pose(visible.bearings, visible.points, pose_options);
   pose.success = pose.success && pose.num_inliers >= options.min_inliers;

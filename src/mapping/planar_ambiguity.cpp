@@ -71,9 +71,7 @@ std::vector<RelativePoseHypothesis> geometries_of(const KeyframePair& pair, cons
 class Regrowth {
  public:
   Regrowth(const Map& map, const RansacOptions& ransac, int min_inliers)
-      : map_(map), min_inliers_(min_inliers) {
-    options_.ransac = ransac;
-  }
+      : map_(map), min_inliers_(min_inliers), options_(AbsolutePoseOptions::in_growing_map(ransac)) {}
 
   // Nothing when a keyframe cannot be registered in it.
   std::optional<Map> grow(const KeyframePair& pair, const Rigid3& second_from_first) {

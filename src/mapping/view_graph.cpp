@@ -153,8 +153,8 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   // A motion of fewer matches makes no edge.
   constexpr int kSampleSize = 5;
   const double needed = ransac_iterations_needed(least, count, kSampleSize, pose.ransac.confidence);
-  pose.ransac.max_iterations = static_cast<int>(std::clamp<double>(
-      std::ceil(needed), pose.ransac.min_iterations, pose.ransac.max_iterations));
+  pose.ransac.max_iterations = static_cast<int>(
+      std::clamp<double>(std::ceil(needed), pose.ransac.min_iterations, pose.ransac.max_iterations));
   pose.quality = rest.quality;
   const RelativePoseReport report = estimate_relative_pose(rest.first, rest.second, pose);
   if (!report.success) return false;

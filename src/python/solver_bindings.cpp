@@ -163,7 +163,6 @@ PoseEstimate absolute_pose(const DoubleArray& x, const DoubleArray& points, cons
   const Rows bearings = bearings_of(x, camera, "x"), in_map = points_of(points, "points");
   require_same_length(bearings, in_map, "x and points");
   AbsolutePoseOptions options;
-  options.refined_within_noise = true;
   options.ransac = ransac_options_of(ransac, camera ? camera->focal() : 0);
   AbsolutePoseReport report;
   {

@@ -155,9 +155,8 @@ std::optional<Sim3> best_by_cameras(const std::vector<std::vector<RayToPoint>>& 
       bearings.push_back(ray.bearing);
       points.push_back(ray.x);
     }
-    AbsolutePoseOptions options;
-    options.ransac = ransac;
-    const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, options);
+    const AbsolutePoseReport pose =
+        estimate_absolute_pose(bearings, points, AbsolutePoseOptions::in_growing_map(ransac));
     if (!pose.success) continue;
     *inliers += pose.num_inliers;
     for (std::size_t i = 0; i < problem.rays.size(); i += step) {

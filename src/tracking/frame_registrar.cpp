@@ -103,8 +103,7 @@ RegistrationReport FrameRegistrar::pose_from_matches(const Frame& frame,
     return report;
   }
   const LandmarkObservations visible = observations_by(*frame.image, candidates, matches);
-  AbsolutePoseOptions pose_options;
-  pose_options.ransac = options_.ransac(camera_.focal());
+  AbsolutePoseOptions pose_options = AbsolutePoseOptions::in_growing_map(options_.ransac(camera_.focal()));
   pose_options.ransac.seed += static_cast<std::uint64_t>(frame.index);
   for (const LandmarkMatch& m : matches) pose_options.quality.push_back(static_cast<float>(m.distance2));
   const AbsolutePoseReport pose = estimate_absolute_pose(visible.bearings, visible.points, pose_options);

@@ -135,8 +135,7 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
   }
   RegistrationReport report;
   report.text = "too few verified matches to landmarks";
-  AbsolutePoseOptions pose;
-  pose.ransac = options_.ransac(camera_.focal());
+  AbsolutePoseOptions pose = AbsolutePoseOptions::in_growing_map(options_.ransac(camera_.focal()));
   pose.ransac.seed += static_cast<std::uint64_t>(frame.index);
   const AbsolutePoseReport found = estimate_absolute_pose(bearings, points, pose);
   if (!found.success || found.num_inliers < options_.resection.min_inliers) return report;

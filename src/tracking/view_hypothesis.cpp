@@ -61,9 +61,8 @@ bool register_view(const ViewSet& views, int v, const TrackerOptions& options, V
     bearings.push_back(views.images[v]->set.bearings[f]);
     points.push_back(h->points[i]);
   }
-  AbsolutePoseOptions pose_options;
-  pose_options.ransac = options.ransac(views.focal_px);
-  const AbsolutePoseReport report = estimate_absolute_pose(bearings, points, pose_options);
+  const AbsolutePoseReport report = estimate_absolute_pose(
+      bearings, points, AbsolutePoseOptions::in_growing_map(options.ransac(views.focal_px)));
   if (!report.success) return false;
   h->cameras_from_map[v] = report.camera_from_map;
   h->confirmed =

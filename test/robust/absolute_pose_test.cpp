@@ -61,7 +61,6 @@ TEST(AbsolutePose, IsNearlyAsPreciseAsLeastSquaresOfTheInliers) {
     const TwoViewScene scene = make_scene(0.3, kPixel, seed);
     AbsolutePoseOptions options = default_options(seed);
     options.ransac.threshold = 2 * kPixel;
-    options.refined_within_noise = true;
     const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
     ASSERT_TRUE(report.success);
     std::vector<Eigen::Vector3d> bearings, points;
@@ -89,7 +88,6 @@ TEST(AbsolutePose, PointsThatDriftedHaveNoShare) {
     for (int i = 0; i < 60; ++i) scene.bearings2[i] = drift * (truth * scene.points_in_first[i]).normalized();
     AbsolutePoseOptions options = default_options(seed);
     options.ransac.threshold = 2 * kPixel;
-    options.refined_within_noise = true;
     const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
     options.refined_within_noise = false;
     const auto narrow = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
@@ -104,7 +102,6 @@ TEST(AbsolutePose, RefinementWithinNoiseLeavesScoreAndInliers) {
   const TwoViewScene scene = make_scene(0.3, kPixel, 1);
   AbsolutePoseOptions options = default_options();
   options.ransac.threshold = 2 * kPixel;
-  options.refined_within_noise = true;
   const auto refined = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
   options.refined_within_noise = false;
   const auto narrow = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);

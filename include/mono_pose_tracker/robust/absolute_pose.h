@@ -15,7 +15,15 @@ struct AbsolutePoseOptions {
   // The pose is refined last with all matches that their noise explains, also beyond the threshold: as
   // precise as least squares of the correct matches. Not where noise does not explain how many are beyond the
   // threshold, as in a map that drifts. Score and inliers are those before.
-  bool refined_within_noise = false;
+  bool refined_within_noise = true;
+
+  /// For a pose in a map that is being made: its points drift, and bundle adjustment refines the pose.
+  static AbsolutePoseOptions in_growing_map(const RansacOptions& ransac) {
+    AbsolutePoseOptions options;
+    options.ransac = ransac;
+    options.refined_within_noise = false;
+    return options;
+  }
 };
 
 /// Without success (fewer than three matches of use, or no pose with a fourth inlier) the pose is the

@@ -70,7 +70,6 @@ inline bool own_absolute_pose(const Matches& matches, Rigid3* pose) {
   options.ransac.threshold = matches.threshold;
   options.ransac.confidence = kConfidence;
   options.ransac.max_iterations = kMostIterations;
-  options.refined_within_noise = true;
   const AbsolutePoseReport report = estimate_absolute_pose(matches.bearings1, matches.points, options);
   *pose = report.camera_from_map;
   return report.success;
