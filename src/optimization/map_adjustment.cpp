@@ -353,8 +353,8 @@ PoseCovariance translation_first(const PoseCovariance& c) {
 
 }  // namespace
 
-std::optional<JointCovariance> joint_keyframe_covariance(const std::vector<KeyframeId>& keyframes,
-                                                         int max_fixed, int max_landmarks, const Map& map) {
+std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<KeyframeId>& keyframes,
+                                                          int max_fixed, int max_landmarks, const Map& map) {
   std::vector<KeyframeId> free = keyframes;
   std::sort(free.begin(), free.end());
   const std::vector<LandmarkId> landmarks = most_observed_landmarks(map, free, max_landmarks);
@@ -381,23 +381,16 @@ std::optional<JointCovariance> joint_keyframe_covariance(const std::vector<Keyfr
     }
     system.eliminate_point();
   }
-  if (system.variance() <= 0) return std::nullopt;
+  if (system.variance() <= 0) return {};
   const std::optional<Eigen::MatrixXd> inverse =
       held.empty() ? inverse_held_by(gauge_of(map, free), system.information())
                    : inverse_of_positive(system.information());
-  if (!inverse) return std::nullopt;
-  return JointCovariance{std::move(free), system.variance() * *inverse};
-}
-
-std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<KeyframeId>& keyframes,
-                                                          int max_fixed, int max_landmarks, const Map& map) {
+  if (!inverse) return {};
+  const Eigen::MatrixXd covariance = system.variance() * *inverse;
   std::map<KeyframeId, PoseCovariance> result;
-  const std::optional<JointCovariance> joint =
-      joint_keyframe_covariance(keyframes, max_fixed, max_landmarks, map);
-  if (!joint) return result;
-  for (std::size_t i = 0; i < joint->keyframes.size(); ++i) {
-    const auto row = 6 * static_cast<Eigen::Index>(i);
-    result[joint->keyframes[i]] = translation_first(joint->covariance.block<6, 6>(row, row));
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto at_row = 6 * static_cast<Eigen::Index>(i);
+    result[free[i]] = translation_first(covariance.block<6, 6>(at_row, at_row));
   }
   return result;
 }

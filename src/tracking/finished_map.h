@@ -10,6 +10,7 @@
 #include "mono_pose_tracker/quality/quality_report.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "quality/path_precision.h"
+#include "quality/scale_cut.h"
 
 namespace mono_pose_tracker {
 

@@ -7,6 +7,7 @@
 
 #include "common/rotation.h"
 #include "quality/path_precision.h"
+#include "quality/scale_cut.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
@@ -76,21 +77,11 @@ TEST(QualityReport, ATwoViewMapIsNot) {
   EXPECT_TRUE(assess(evidence, {}).has(FindingKind::kTwoViews));
 }
 
-// The scale of the second half is that of the first one's landmarks.
-TEST(PathPrecision, FewLandmarksCarryTheScaleLessExactly) {
-  const ScaleCut many = path_precision(walk(12, 100)).weakest, few = path_precision(walk(12, 10)).weakest;
-  EXPECT_GT(few.path_sigma(), 2 * many.path_sigma());
+TEST(ScaleCut, FewLandmarksCarryTheScaleLessExactly) {
+  const ScaleCut many = weakest_scale_cut(walk(12, 100)), few = weakest_scale_cut(walk(12, 10));
+  EXPECT_GT(few.log_scale_sigma, 2 * many.log_scale_sigma);
   EXPECT_EQ(few.frame_index, 6);
-  EXPECT_EQ(few.landmarks, 10);
-  EXPECT_TRUE(std::isinf(path_precision(walk(12, 0)).weakest.log_scale_sigma));
-}
-
-// Two last keyframes, each located by other landmarks of the rest, and both by none.
-TEST(PathPrecision, AKeyframeLocatedByLandmarksOfTheRestHasItsScale) {
-  Map map = walk(12, 150);
-  for (const LandmarkId l : map.landmark_ids()) map.remove_observation(l, l % 2 == 0 ? 10 : 11);
-  const PathPrecision path = path_precision(map);
-  EXPECT_LT(path.weakest.path_sigma(), QualityOptions().max_path_sigma);
+  EXPECT_TRUE(std::isinf(weakest_scale_cut(walk(12, 0)).log_scale_sigma));
 }
 
 }  // namespace
