@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "io/atomic_file.h"
+#include "io/files.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "pipeline/benchmark_report.h"

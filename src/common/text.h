@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cstdarg>
@@ -64,6 +65,12 @@ bool parse_decimal(std::string_view text, T* value) {
 /// before the call. (std::strerror is not thread-safe.)
 inline std::string system_error_text(int error = errno) {
   return error ? std::generic_category().message(error) : "unknown reason";
+}
+
+inline std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
 }
 
 }  // namespace mono_pose_tracker

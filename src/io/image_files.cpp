@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <regex>
@@ -9,14 +10,56 @@
 #include <vector>
 
 #include "common/text.h"
-#include "io/image_decoding.h"
+#include "io/files.h"
+#include "io/image_coding.h"
 #include "io/image_source.h"
 #include "io/stamp.h"
-#include "io/text_file.h"
-#include "lower_case.h"
-#include "name_order.h"
 
 namespace mono_pose_tracker {
+namespace {
+
+bool is_digit(const std::string& name, std::size_t i) {
+  return i < name.size() && name[i] >= '0' && name[i] <= '9';
+}
+
+// Its whole numbers filled up with zeros.
+std::string padded(const std::string& name) {
+  constexpr std::size_t kDigits = 20;  // those of 64 bits
+  std::string result;
+  for (std::size_t i = 0; i < name.size();) {
+    if (!is_digit(name, i)) {
+      result += name[i++];
+      continue;
+    }
+    std::size_t end = i;
+    while (is_digit(name, end)) ++end;
+    const bool is_fraction = i >= 2 && name[i - 1] == '.' && is_digit(name, i - 2);
+    if (!is_fraction && end - i < kDigits) result.append(kDigits - (end - i), '0');
+    result.append(name, i, end - i);
+    i = end;
+  }
+  return result;
+}
+
+// A name goes before those that only go on: shot before shot (1), 1 before 1.5. In its extension no number
+// counts.
+std::string sort_key(const std::string& name) {
+  const std::size_t dot = name.rfind('.');
+  return padded(dot == 0 ? name : name.substr(0, dot));
+}
+
+}  // namespace
+
+std::vector<std::string> in_order_of_names(std::vector<std::string> names) {
+  std::vector<std::pair<std::string, std::string>> keyed;
+  keyed.reserve(names.size());
+  for (std::string& name : names) keyed.emplace_back(sort_key(name), std::move(name));
+  std::sort(keyed.begin(), keyed.end());
+  std::transform(keyed.begin(), keyed.end(), names.begin(),
+                 [](auto& entry) { return std::move(entry.second); });
+  return names;
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -393,6 +436,80 @@ std::vector<ImageFile> image_files(const std::string& path) {
   for (const StampedFile& file : named(files_of(path)))
     files.push_back({file.path, file.name, file.stamp_ns});
   return files;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text(const cv::Size& size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+bool is_jpeg_name(const std::string& path) {
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  return extension == ".jpg" || extension == ".jpeg";
+}
+
+// The name that the next one would have, where this is the first of frames that are counted from 0; else
+// none.
+std::string second_of_count(std::string name) {
+  if (name.empty() || name.find_first_not_of('0') != std::string::npos) return {};
+  name.back() = '1';
+  return name;
+}
+
+// What was 0 is some tens in the blocks of an outline when it comes out of a JPEG.
+constexpr int kLeastOfJpeg = 64;
+
+}  // namespace
+
+MaskFolder::MaskFolder(const std::string& folder) : folder_(folder) {
+  std::error_code error;
+  fs::recursive_directory_iterator entries(folder, error);
+  const auto fail = [&] {
+    throw std::runtime_error(folder + ": cannot be read (" + error.message() +
+                             "): expected a folder of masks");
+  };
+  if (error) fail();
+  for (const auto end = fs::end(entries); entries != end; entries.increment(error)) {
+    const fs::path& file = entries->path();
+    if (!has_image_extension(file.string()) || entries->is_directory(error)) continue;
+    const fs::path name = file.lexically_relative(folder).replace_extension();
+    is_flat_ &= !name.has_parent_path();
+    std::string& path = path_by_name_[name.string()];
+    // Of two masks with one name the first by its extension: the order of a folder is no order.
+    if (path.empty() || file.string() < path) path = file.string();
+  }
+  if (error) fail();
+  if (path_by_name_.empty()) {
+    throw std::runtime_error(folder + ": holds no image: expected masks with the base names of the images");
+  }
+}
+
+cv::Mat MaskFolder::mask_of(const std::string& mask_name, const cv::Size& size, std::string* problem) const {
+  problem->clear();
+  fs::path name(mask_name);
+  if (is_flat_) name = name.filename();
+  const auto found = path_by_name_.find(name.replace_extension().string());
+  if (found == path_by_name_.end()) {
+    *problem = folder_ + ": has no mask for " + mask_name;
+    if (path_by_name_.count(second_of_count(name.string())) > 0)
+      *problem += ": frame numbers start at 0; masks that are numbered from 1 are off by one frame";
+    return {};
+  }
+  const DecodedImage decoded = read_unchanged(found->second);
+  if (!decoded.problem.empty()) {
+    *problem = decoded.problem;
+    return {};
+  }
+  if (decoded.image.size() != size) {
+    *problem = found->second + ": is " + text(decoded.image.size()) + ": expected " + text(size) +
+               ", the size of the image";
+    return {};
+  }
+  if (is_jpeg_name(found->second)) return mask_of_image(decoded.image >= kLeastOfJpeg);
+  return mask_of_image(decoded.image);
 }
 
 }  // namespace mono_pose_tracker

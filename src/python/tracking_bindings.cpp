@@ -10,9 +10,8 @@
 
 #include "bindings.h"
 #include "common/threads.h"
-#include "io/image_decoding.h"
+#include "io/image_coding.h"
 #include "io/image_source.h"
-#include "io/mask_folder.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "tracking/calibrated_recording.h"
 

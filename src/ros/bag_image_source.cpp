@@ -19,7 +19,7 @@
 
 #include "camera/camera_parameters.h"
 #include "common/text.h"
-#include "io/image_decoding.h"
+#include "io/image_coding.h"
 #include "io/stamp.h"
 #include "ros/camera_info.h"
 #include "ros/image_conversion.h"

@@ -14,7 +14,7 @@
 #include <stdexcept>
 
 #include "common/quiet_opencv.h"
-#include "io/video_file.h"
+#include "io/video.h"
 #include "ros/camera_info.h"
 #include "ros/parameters.h"
 #include "ros/reporting.h"

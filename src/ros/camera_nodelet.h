@@ -16,7 +16,7 @@
 #include <thread>
 #include <utility>
 
-#include "io/coded_size.h"
+#include "io/video.h"
 #include "ros/diagnostics.h"
 #include "ros/reporting.h"
 

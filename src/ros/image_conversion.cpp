@@ -12,7 +12,7 @@
 #include <stdexcept>
 
 #include "common/text.h"
-#include "io/mask_image.h"
+#include "io/image_coding.h"
 
 namespace mono_pose_tracker {
 namespace {

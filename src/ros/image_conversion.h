@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "io/image_decoding.h"
+#include "io/image_coding.h"
 #include "mono_pose_tracker/common/status.h"
 
 namespace mono_pose_tracker {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/image_decoding.h"
+#include "io/image_coding.h"
 #include "mono_pose_tracker/common/status.h"
 #include "ros/reporting.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/image_decoding.h"
+#include "io/image_coding.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 

@@ -16,7 +16,7 @@
 
 #include "camera/camera_parameters.h"
 #include "common/text.h"
-#include "io/image_decoding.h"
+#include "io/image_coding.h"
 #include "io/stamp.h"
 #include "ros/bag_image_source.h"
 #include "ros/camera_info.h"

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "common/text.h"
-#include "io/atomic_file.h"
+#include "io/files.h"
 #include "mono_pose_tracker/io/trajectory.h"
 
 namespace mono_pose_tracker {

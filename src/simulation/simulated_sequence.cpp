@@ -14,7 +14,7 @@
 #include "common/statistics.h"
 #include "common/threads.h"
 #include "common/time_stamp.h"
-#include "io/image_decoding.h"
+#include "io/image_coding.h"
 #include "simulation/camera_path.h"
 #include "simulation/head_scene.h"
 #include "simulation/head_stage.h"

@@ -11,7 +11,7 @@
 
 #include "command_line.h"
 #include "evaluation/trajectory_plot.h"
-#include "io/atomic_file.h"
+#include "io/files.h"
 #include "json.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/trajectory.h"

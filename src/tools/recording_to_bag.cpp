@@ -9,7 +9,7 @@
 #include "command_line.h"
 #include "end_on_signals.h"
 #include "inputs.h"
-#include "io/atomic_file.h"
+#include "io/files.h"
 #include "io/image_source.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "progress_bar.h"

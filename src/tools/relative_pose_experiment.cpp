@@ -11,7 +11,7 @@
 #include "common/threads.h"
 #include "evaluation/relative_pose_choice.h"
 #include "geometry/essential.h"
-#include "io/atomic_file.h"
+#include "io/files.h"
 #include "progress_bar.h"
 #include "simulation/solver_problems.h"
 #include "study/minimal_solvers.h"

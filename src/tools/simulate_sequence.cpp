@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "command_line.h"
-#include "io/atomic_file.h"
-#include "io/image_writing.h"
+#include "io/files.h"
+#include "io/image_coding.h"
 #include "io/stamp.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/trajectory.h"

@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "io/image_decoding.h"
+#include "io/image_coding.h"
 
 namespace mono_pose_tracker {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/temporary_file.h"
+#include "io/files.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/map/image_features.h"
 

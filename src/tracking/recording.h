@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "io/image_source.h"
-#include "io/mask_folder.h"
 #include "mapping/loop_closer.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "tracking/feature_memory.h"

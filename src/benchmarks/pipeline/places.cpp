@@ -12,7 +12,6 @@
 #include "common/rotation.h"
 #include "common/statistics.h"
 #include "io/image_source.h"
-#include "io/mask_folder.h"
 #include "mapping/place_index.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/matching.h"

@@ -7,7 +7,7 @@
 
 #include "../written_files.h"
 #include "common/text.h"
-#include "io/atomic_file.h"
+#include "io/files.h"
 
 namespace mono_pose_tracker {
 

@@ -7,7 +7,7 @@
 
 #include "../json.h"
 #include "../time_statistics.h"
-#include "io/atomic_file.h"
+#include "io/files.h"
 
 namespace mono_pose_tracker {
 

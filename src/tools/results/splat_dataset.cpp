@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "../json.h"
-#include "io/atomic_file.h"
 #include "io/colmap_binary.h"
+#include "io/files.h"
 #include "mono_pose_tracker/io/ply.h"
 
 namespace mono_pose_tracker {

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "io/atomic_file.h"
+#include "io/files.h"
 #include "io/plot.h"
 #include "mapping/graph_consistency.h"
 #include "tools/json.h"

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "../json.h"
-#include "io/atomic_file.h"
+#include "io/files.h"
 #include "scene_page_text.h"
 
 namespace mono_pose_tracker {

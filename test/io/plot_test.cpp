@@ -1,5 +1,3 @@
-#include "io/overview.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -202,4 +200,5 @@ TEST(Plot, RangesIgnoreTheGivenShares) {
 }
 
 }  // namespace
+
 }  // namespace mono_pose_tracker

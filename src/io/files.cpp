@@ -1,8 +1,10 @@
-#include "io/atomic_file.h"
+#include "io/files.h"
 
 #include <fcntl.h>
+#include <stdlib.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
@@ -11,10 +13,30 @@
 #include <locale>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 
 #include "common/text.h"
 
 namespace mono_pose_tracker {
+
+std::string read_text_file(const std::string& path, const std::string& expected, std::size_t max_bytes) {
+  const auto fail = [&](const std::string& reason) {
+    throw std::runtime_error(path + ": cannot be read (" + reason + "): expected " + expected);
+  };
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) fail("it is a folder");
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) fail(system_error_text());
+  std::string content;
+  if (!read_whole(stream, max_bytes, &content)) {
+    fail("it has more than " + std::to_string(max_bytes) + " bytes");
+  }
+  if (stream.bad()) fail("read error");
+  const char* const mark = "\xef\xbb\xbf";  // of UTF-8, as editors on Windows put it before a text
+  if (content.rfind(mark, 0) == 0) content.erase(0, 3);
+  return content;
+}
 
 namespace {
 
@@ -101,6 +123,58 @@ void write_file_atomically(const std::string& path, const std::function<void(std
   stream.close();
   if (!stream) throw cannot_be_written(path, system_error_text());
   if (part) part->put_in_place();
+}
+
+namespace fs = std::filesystem;
+
+namespace {
+
+int open_without_name(const fs::path& folder) {
+#ifdef O_TMPFILE
+  const int descriptor = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (descriptor >= 0) return descriptor;
+#endif
+  std::string name = (folder / "mono_pose_tracker_XXXXXX").string();  // not every file system has the above
+  const int named = mkostemp(name.data(), O_CLOEXEC);
+  if (named >= 0) unlink(name.c_str());
+  return named;
+}
+
+}  // namespace
+
+TemporaryFile::TemporaryFile(const std::string& folder, std::uint64_t max_bytes) {
+  std::error_code error;
+  const fs::path place = folder.empty() ? fs::temp_directory_path(error) : fs::path(folder);
+  const fs::space_info space = fs::space(place, error);
+  if (error) return;
+  max_bytes_ = std::min<std::uint64_t>(max_bytes, space.available / 2);
+  descriptor_ = open_without_name(place);
+}
+
+TemporaryFile::~TemporaryFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+bool TemporaryFile::append(const std::string& bytes) {
+  if (descriptor_ < 0 || bytes.size() > max_bytes_ - size_) return false;
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t written =
+        pwrite(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(size_ + done));
+    if (written <= 0) return false;
+    done += static_cast<std::size_t>(written);
+  }
+  size_ += bytes.size();
+  return true;
+}
+
+bool TemporaryFile::read(std::uint64_t begin, std::string* bytes) const {
+  for (std::size_t done = 0; done < bytes->size();) {
+    const ssize_t got =
+        pread(descriptor_, bytes->data() + done, bytes->size() - done, static_cast<off_t>(begin + done));
+    if (got <= 0) return false;
+    done += static_cast<std::size_t>(got);
+  }
+  return true;
 }
 
 }  // namespace mono_pose_tracker

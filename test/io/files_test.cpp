@@ -1,8 +1,7 @@
-#include "io/atomic_file.h"
-
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "io/files.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 
@@ -105,4 +104,5 @@ TEST(AtomicFile, WhatMustBeAFileIsNoPipe) {
 }
 
 }  // namespace
+
 }  // namespace mono_pose_tracker
