@@ -6,14 +6,13 @@
 #include <memory>
 #include <utility>
 
+#include "common/statistics.h"
 #include "evaluation/relative_pose_choice.h"
 #include "geometry/essential.h"
 #include "simulation/solver_problems.h"
 #include "tools/command_line.h"
 #include "tools/study/minimal_solvers.h"
 #include "tools/study/robust_estimators.h"
-#include "tools/study/robust_problems.h"
-#include "tools/study/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -15,7 +15,7 @@
 #include "json.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/trajectory.h"
-#include "viewer/evaluation_page.h"
+#include "viewer/scene_page.h"
 #include "written_files.h"
 
 using namespace mono_pose_tracker;

@@ -7,13 +7,12 @@
 #include <stdexcept>
 
 #include "command_line.h"
-#include "end_on_signals.h"
-#include "inputs.h"
 #include "io/files.h"
 #include "io/image_source.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
-#include "progress_bar.h"
+#include "progress.h"
 #include "ros/bag_writer.h"
+#include "written_files.h"
 
 namespace {
 

@@ -8,15 +8,15 @@
 
 #include "command_line.h"
 #include "common/rotation.h"
+#include "common/statistics.h"
 #include "common/threads.h"
 #include "evaluation/relative_pose_choice.h"
 #include "geometry/essential.h"
 #include "io/files.h"
-#include "progress_bar.h"
+#include "progress.h"
 #include "simulation/solver_problems.h"
 #include "study/minimal_solvers.h"
-#include "study/robust_problems.h"
-#include "study/statistics.h"
+#include "study/robust_estimators.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -14,7 +14,7 @@
 #include "io/stamp.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/trajectory.h"
-#include "progress_bar.h"
+#include "progress.h"
 #include "ros/bag_writer.h"
 #include "simulation/simulated_sequence.h"
 #include "written_files.h"

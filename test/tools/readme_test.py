@@ -131,7 +131,7 @@ class ReadmeTest(unittest.TestCase):
 
     def test_every_key_of_report_json_is_named(self):
         self.expect_keys("report.md", {"tracked", "weakest_seam_points", "focal_length_sigma", "camera", "p95_ms"},
-                         ("results", "report.cpp"), ("results", "mask_record.cpp"), ("time_statistics.h",))
+                         ("results", "report.cpp"), ("json.h",))
 
     def test_every_key_of_evaluate_trajectory_is_named(self):
         self.expect_keys("evaluation.md", {"frames_matched", "epochs", "problem", "rpe_delta"}, ("evaluate_trajectory.cpp",))

@@ -11,8 +11,8 @@
 #include "runs.h"
 #include "simulation/endless_room.h"
 #include "simulation/walk_studies.h"
-#include "tools/progress_bar.h"
-#include "tools/time_statistics.h"
+#include "tools/json.h"
+#include "tools/progress.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -21,7 +21,7 @@
 #include "mono_pose_tracker/map/image_features.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "runs.h"
-#include "tools/time_statistics.h"
+#include "tools/json.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -16,7 +16,7 @@
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "ros/camera_info.h"
 #include "ros/image_conversion.h"
-#include "tools/time_statistics.h"
+#include "tools/json.h"
 #include "tracking/recording.h"
 
 namespace mono_pose_tracker {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "../inputs.h"
+#include "../written_files.h"
 #include "io/image_source.h"
 
 namespace mono_pose_tracker {
