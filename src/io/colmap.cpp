@@ -221,26 +221,7 @@ std::string image_bytes(const std::vector<ColmapImage>& images) {
   return out.bytes();
 }
 
-/// (image id, index of the observation in the image) of each point's observations.
-using BinaryTracks = std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>>;
-
-BinaryTracks binary_tracks(const std::vector<ColmapImage>& images, std::size_t num_points) {
-  BinaryTracks tracks(num_points);
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    for (std::size_t k = 0; k < images[i].observations.size(); ++k) {
-      const int point = images[i].observations[k].point;
-      if (point < 0) continue;
-      if (static_cast<std::size_t>(point) >= num_points) {
-        throw std::invalid_argument("image " + images[i].name + " observes point " + std::to_string(point) +
-                                    ": expected less than " + std::to_string(num_points));
-      }
-      tracks[point].emplace_back(static_cast<std::uint32_t>(i + 1), static_cast<std::uint32_t>(k));
-    }
-  }
-  return tracks;
-}
-
-std::string point_bytes(const std::vector<ColmapPoint>& points, const BinaryTracks& tracks) {
+std::string point_bytes(const std::vector<ColmapPoint>& points, const Tracks& tracks) {
   ByteWriter out;
   out.u64(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -250,8 +231,8 @@ std::string point_bytes(const std::vector<ColmapPoint>& points, const BinaryTrac
     out.f64(points[i].error_px);
     out.u64(tracks[i].size());
     for (const auto& [image_id, observation] : tracks[i]) {
-      out.u32(image_id);
-      out.u32(observation);
+      out.u32(static_cast<std::uint32_t>(image_id));
+      out.u32(static_cast<std::uint32_t>(observation));
     }
   }
   return out.bytes();
@@ -262,7 +243,7 @@ std::string point_bytes(const std::vector<ColmapPoint>& points, const BinaryTrac
 void write_colmap_binary(const std::string& folder, const CameraParameters& camera,
                          const std::vector<ColmapImage>& images, const std::vector<ColmapPoint>& points) {
   require_pinhole(camera);
-  const BinaryTracks tracks = binary_tracks(images, points.size());
+  const Tracks tracks = tracks_of(images, points.size());
   make_folder(folder);
   const auto write = [&](const char* name, const std::string& bytes) {
     write_file_atomically((std::filesystem::path(folder) / name).string(),

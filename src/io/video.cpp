@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "common/pixel_hash.h"
-#include "common/quiet_opencv.h"
 #include "common/text.h"
 #include "common/toolchain.h"
 #include "image_coding.h"
@@ -140,7 +139,7 @@ cv::Size h264_size(BitReader in) {
 
 cv::Size h265_size(BitReader in) {
   in.skip(4);
-  const unsigned sublayers = in.bits(3);  // beside the first
+  const unsigned sublayers = in.bits(3);  // after the first
   in.skip(1 + 96);                        // nesting, general profile and level
   std::array<unsigned, 8> bits_of_layer{};
   for (unsigned i = 0; i < sublayers; ++i) {

@@ -2,11 +2,25 @@
 
 #include <cmath>
 #include <cstdint>
+#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
 #include <vector>
 
 namespace mono_pose_tracker {
+
+/// OpenCV logs nothing while an object of this class lives: it would log each backend that cannot open a
+/// video, though the next one may, and the caller reports the failure in its own words.
+class QuietOpenCv {
+ public:
+  QuietOpenCv() : level_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
+  ~QuietOpenCv() { cv::utils::logging::setLogLevel(level_); }
+  QuietOpenCv(const QuietOpenCv&) = delete;
+  QuietOpenCv& operator=(const QuietOpenCv&) = delete;
+
+ private:
+  cv::utils::logging::LogLevel level_;
+};
 
 /// The size [px] that a coded frame of a video states in its own parameters: H.264 and H.265 (sequence
 /// parameter set in a byte stream with start codes, ITU-T H.264 7.3.2.1 and H.265 7.3.2.2) and JPEG. Empty

@@ -12,10 +12,10 @@
 
 namespace mono_pose_tracker {
 
-/// When two places show the same structure but are not one (perceptual aliasing), or cannot be told apart.
+/// When two places show the same structure but are not one (perceptual aliasing), or cannot be distinguished.
 struct AliasedPlaceOptions {
   double aliased_share = 0.75;  // of the best place's inliers. An aliased place lacks the details of the
-                                // right one; a place with more inliers cannot be told apart from the best
+                                // right one; a place with more inliers cannot be distinguished from it
   double max_drift = 0.3;       // share of the path length between two keyframes. Drift without a loss of
                                 // tracking was a tenth at most in our measurements; the limit is three times
                                 // that. An aliased place further on is off by the whole path length

@@ -8,6 +8,7 @@
 
 #include "common/statistics.h"
 #include "common/threads.h"
+#include "keyframe_landmarks.h"
 #include "mapping/image_sides.h"
 #include "match_shift.h"
 #include "track_votes.h"

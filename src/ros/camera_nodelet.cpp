@@ -13,7 +13,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "common/quiet_opencv.h"
 #include "io/video.h"
 #include "ros/camera_info.h"
 #include "ros/parameters.h"

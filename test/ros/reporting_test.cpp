@@ -8,15 +8,15 @@ namespace mono_pose_tracker {
 namespace {
 
 TEST(Guard, TellsWhateverIsThrown) {
-  std::string told;
-  const auto tell = [&](const std::string& text) { told = text; };
-  guarded([] { throw std::runtime_error("the reason"); }, tell);
-  EXPECT_EQ(told, "the reason");
-  guarded([] { throw 7; }, tell);
-  EXPECT_EQ(told, "unknown exception");
-  told.clear();
-  guarded([] {}, tell);
-  EXPECT_EQ(told, "");
+  std::string reported;
+  const auto report = [&](const std::string& text) { reported = text; };
+  guarded([] { throw std::runtime_error("the reason"); }, report);
+  EXPECT_EQ(reported, "the reason");
+  guarded([] { throw 7; }, report);
+  EXPECT_EQ(reported, "unknown exception");
+  reported.clear();
+  guarded([] {}, report);
+  EXPECT_EQ(reported, "");
 }
 
 TEST(Guard, TellingMayFail) {

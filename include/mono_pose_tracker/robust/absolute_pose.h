@@ -13,8 +13,8 @@ struct AbsolutePoseOptions {
   std::vector<float> quality;  // empty, or one value a match, smaller is better (PROSAC order)
   bool asks_outliers = false;  // that are near, where most is so far that it leaves open where the camera is
   // The pose is refined last with all matches that their noise explains, also beyond the threshold: as
-  // precise as least squares of the correct matches. Not where noise does not explain how many are beyond the
-  // threshold, as in a map that drifts. Score and inliers are those before.
+  // precise as least squares of the correct matches. Left out where more matches lie beyond the threshold
+  // than noise explains, as in a map that drifts. Score and inliers are of the pose before this step.
   bool refined_within_noise = true;
 
   /// For a pose in a map that is being made: its points drift, and bundle adjustment refines the pose.
