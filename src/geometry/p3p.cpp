@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstring>
 
-#include "common/rotation.h"
 #include "geometry/polynomial_roots.h"
 
 namespace mono_pose_tracker {
@@ -22,7 +21,7 @@ constexpr double kSame = 1e-7;
 // Step of Newton's method, against the triangle's height, that leaves nothing to be done: the laws are
 // quadratic, so that it leaves a residual of its square. A step whose square is below rounding is the last
 // one anyway.
-constexpr double kLastStep = 1e-6, kRoundingStep = 1e-8;
+constexpr double kLastStep = 5e-6, kRoundingStep = 1e-8;
 // Residual of the cosine laws, against the squares of the distances, that rounding leaves, and that a
 // solution may have where its Jacobian nearly vanishes.
 constexpr double kRounding = 1e-15;
@@ -101,8 +100,11 @@ void pencil_determinant(const Triangle& t, double k[4]) {
   return true;
 }
 
-/// Points of the conic on a line, up to scale and of one sign. Returns how many.
-int intersect(const Conic& conic, const double line[3], double points[2][3]) {
+/// Distances of two candidates.
+using Pair = Eigen::Array2d;
+
+/// Points of the conic on a line, up to scale and of one sign. Returns how many; of one, both are that.
+[[gnu::always_inline]] inline int intersect(const Conic& conic, const double line[3], Pair points[3]) {
   const auto& d = conic.m;
   int i = 0;
   if (std::abs(line[1]) > std::abs(line[i])) i = 1;
@@ -118,34 +120,40 @@ int intersect(const Conic& conic, const double line[3], double points[2][3]) {
   if (discriminant < 0 && discriminant > -kTouching * jk * jk) discriminant = -discriminant;
   if (!(discriminant >= 0)) return 0;
   const double q = -jk - std::copysign(std::sqrt(discriminant), jk);
-  const double s_j[2] = {q, kk}, s_k[2] = {jj, q};
-  int count = 0;
-  for (int root = 0; root < (discriminant > 0 ? 2 : 1); ++root) {
-    const double s_i = m * s_j[root] + n * s_k[root];
-    if (!(s_j[root] * s_k[root] > 0 && s_i * s_k[root] > 0)) continue;
-    points[count][i] = std::abs(s_i);
-    points[count][j] = std::abs(s_j[root]);
-    points[count][k] = std::abs(s_k[root]);
-    ++count;
+  Pair s_j(q, kk), s_k(jj, q);
+  Pair s_i = m * s_j + n * s_k;
+  const Pair jk_sign = s_j * s_k, ik_sign = s_i * s_k;
+  const bool first = jk_sign[0] > 0 && ik_sign[0] > 0, second = jk_sign[1] > 0 && ik_sign[1] > 0;
+  if (!(first && second)) {
+    if (!first && !second) return 0;
+    s_i = Pair::Constant(first ? s_i[0] : s_i[1]);
+    s_j = Pair::Constant(first ? s_j[0] : s_j[1]);
+    s_k = Pair::Constant(first ? s_k[0] : s_k[1]);
   }
-  return count;
+  points[i] = s_i.abs();
+  points[j] = s_j.abs();
+  points[k] = s_k.abs();
+  return first && second ? 2 : 1;
 }
 
-/// The laws at some distances, halved, and Newton's step from there, to be subtracted.
+/// The laws at some distances, halved, and Newton's step from there, to be subtracted. T: of one candidate,
+/// or of a pair.
+template <class T>
 struct Linearized {
-  double r12, r13, r23;
-  double step[3];
+  T r12, r13, r23;
+  T step[3];
 };
 
-[[gnu::always_inline]] inline Linearized linearized(const Triangle& t, const double s[3]) {
-  const double u12 = s[0] - t.c12 * s[1], u21 = s[1] - t.c12 * s[0];  // half the derivatives
-  const double u13 = s[0] - t.c13 * s[2], u31 = s[2] - t.c13 * s[0];
-  const double u23 = s[1] - t.c23 * s[2], u32 = s[2] - t.c23 * s[1];
-  Linearized at;
+template <class T>
+[[gnu::always_inline]] inline Linearized<T> linearized(const Triangle& t, const T s[3]) {
+  const T u12 = s[0] - t.c12 * s[1], u21 = s[1] - t.c12 * s[0];  // half the derivatives
+  const T u13 = s[0] - t.c13 * s[2], u31 = s[2] - t.c13 * s[0];
+  const T u23 = s[1] - t.c23 * s[2], u32 = s[2] - t.c23 * s[1];
+  Linearized<T> at;
   at.r12 = 0.5 * (s[0] * u12 + s[1] * u21 - t.b);
   at.r13 = 0.5 * (s[0] * u13 + s[2] * u31 - 1);
   at.r23 = 0.5 * (s[1] * u23 + s[2] * u32 - t.a);
-  const double inverse = 1 / (u12 * u31 * u23 + u21 * u13 * u32);
+  const T inverse = 1 / (u12 * u31 * u23 + u21 * u13 * u32);
   at.step[0] = inverse * (at.r12 * u23 * u31 + u21 * (at.r13 * u32 - at.r23 * u31));
   at.step[1] = inverse * (u12 * (u31 * at.r23 - u32 * at.r13) + at.r12 * u13 * u32);
   at.step[2] = inverse * (u12 * u23 * at.r13 + u13 * (u21 * at.r23 - u23 * at.r12));
@@ -154,10 +162,10 @@ struct Linearized {
 
 /// Newton's method with the best length of each step, for where the Jacobian nearly vanishes: near a double
 /// solution a step of Newton's goes half of the way, and at one anywhere. False when no solution is near.
-[[gnu::cold]] bool descend(const Triangle& t, double s[3]) {
+[[gnu::noinline]] bool descend(const Triangle& t, double s[3]) {
   double error2 = 0, unit = 0;
   for (int iteration = 0; iteration < 8; ++iteration) {
-    const Linearized at = linearized(t, s);
+    const Linearized<double> at = linearized(t, s);
     error2 = at.r12 * at.r12 + at.r13 * at.r13 + at.r23 * at.r23;
     unit = 1 + s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
     if (error2 <= kRounding * unit * kRounding * unit) return true;
@@ -175,32 +183,34 @@ struct Linearized {
   return error2 <= kLargestResidual * unit * kLargestResidual * unit;
 }
 
-/// Scales the distances and polishes them by Newton's method on the three cosine laws. False when it fails.
-bool polish(const Triangle& t, double s[3], bool* is_exact) {
-  const double sum =
+/// From where Newton's method began and from where it ended, until one succeeds; writes the solution to
+/// `end`. Near a double solution it may have left for another one; of a flat triangle the start may be too
+/// far.
+bool descend_from_either(const Triangle& t, const double start[3], double end[3]) {
+  double other[3];
+  std::copy(start, start + 3, other);
+  if (!(t.height2 > kFlat * kFlat)) std::swap_ranges(other, other + 3, end);
+  if (!descend(t, other)) return descend(t, end);
+  std::copy(other, other + 3, end);
+  return true;
+}
+
+/// Scales two candidates to the triangle, writes these as `start`, and polishes them by Newton's method on
+/// the three cosine laws until both steps are short. Returns the squares of the last steps.
+[[gnu::always_inline]] inline Pair polish(const Triangle& t, double last_step2, Pair s[3], Pair start[3]) {
+  const Pair sum =
       2 * (s[0] * (s[0] - t.c12 * s[1]) + s[1] * (s[1] - t.c23 * s[2]) + s[2] * (s[2] - t.c13 * s[0]));
-  const double scale = std::sqrt((1 + t.a + t.b) / sum);
-  for (int i = 0; i < 3; ++i) s[i] *= scale;
-  double start[3] = {s[0], s[1], s[2]};
-  const double last_step2 = std::max(kLastStep * kLastStep * t.height2, kRoundingStep * kRoundingStep);
-  bool converged = false;
-  for (int iteration = 0; iteration < 3 && !converged; ++iteration) {
-    const Linearized at = linearized(t, s);
-    for (int i = 0; i < 3; ++i) s[i] -= at.step[i];
-    const double* d = at.step;
-    converged = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= last_step2;
+  const Pair scale = ((1 + t.a + t.b) / sum).sqrt();
+  for (int i = 0; i < 3; ++i) start[i] = s[i] = s[i] * scale;
+  Pair step2;
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    const Linearized<Pair> at = linearized(t, s);
+    const Pair* d = at.step;
+    for (int i = 0; i < 3; ++i) s[i] -= d[i];
+    step2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    if (step2[0] <= last_step2 && step2[1] <= last_step2) break;
   }
-  *is_exact = converged && t.height2 > kFlat * kFlat;
-  // Near a double solution Newton's method may have left for another one; of a flat triangle the start may be
-  // too far from any.
-  if (!converged) {
-    if (descend(t, start)) {
-      std::copy(start, start + 3, s);
-    } else if (!descend(t, s)) {
-      return false;
-    }
-  }
-  return s[0] > 0 && s[1] > 0 && s[2] > 0;
+  return step2;
 }
 
 /// Cube root of x > 0 to a few parts in 1e5: a third of the exponent, then Halley's method once.
@@ -264,15 +274,10 @@ const Conic* split_pencil(const Triangle& t, const Conic& first, const Conic& se
   return nullptr;
 }
 
-/// Whether the pose maps the points to the bearings within kLargestAngle.
-bool projects(const Motion& pose, const std::array<Eigen::Vector3d, 3>& points,
-              const std::array<Eigen::Vector3d, 3>& bearings) {
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d y = pose.rotation * points[k] + pose.translation;
-    const double sine2 = kLargestAngle * kLargestAngle * y.squaredNorm();
-    if (!(y.cross(bearings[k]).squaredNorm() <= sine2 && y.dot(bearings[k]) > 0)) return false;
-  }
-  return true;
+/// Whether a point in the camera's frame is seen along the bearing within kLargestAngle.
+bool projects(const Eigen::Vector3d& y, const Eigen::Vector3d& bearing) {
+  return y.cross(bearing).squaredNorm() <= kLargestAngle * kLargestAngle * y.squaredNorm() &&
+         y.dot(bearing) > 0;
 }
 
 }  // namespace
@@ -288,10 +293,14 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
   const Eigen::Vector3d &f1 = bearings_in_camera[first], &f2 = bearings_in_camera[middle],
                         &f3 = bearings_in_camera[last];
   const Eigen::Vector3d x12 = points[middle] - points[first], x13 = points[last] - points[first];
-  const Eigen::Vector3d normal = x12.cross(x13);
-  const double d13 = x13.squaredNorm(), normal2 = normal.squaredNorm();
+  const double d13 = x13.squaredNorm(), inverse_d13 = 1 / d13;
+  // The height over the side 13, at a right angle to it also where the triangle is flat.
+  const double along = x12.dot(x13) * inverse_d13;
+  Eigen::Vector3d x_height = x12 - along * x13;
+  x_height -= (x_height.dot(x13) * inverse_d13) * x13;
+  const Eigen::Vector3d normal = x_height.cross(x13);
+  const double normal2 = normal.squaredNorm();
   if (!(normal2 > kLeastSine2OfPoints * d13 * d13) || !std::isfinite(normal2)) return 0;
-  const double inverse_d13 = 1 / d13;
   const Triangle t = {(points[last] - points[middle]).squaredNorm() * inverse_d13,
                       x12.squaredNorm() * inverse_d13,
                       f1.dot(f2),
@@ -306,33 +315,50 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
   const Conic* conic = split_pencil(t, conic1, conic2, lines[0], lines[1]);
   if (!conic) return 0;
 
-  // R maps the triangle's two sides and normal, so R is their images times the inverse of the three.
-  const double inverse2 = 1 / normal2, unit = std::sqrt(d13);
-  const Eigen::Vector3d by12 = x13.cross(normal) * inverse2, by13 = normal.cross(x12) * inverse2,
-                        by_normal = normal * inverse2;
+  // R maps the triangle's longest side, its height over that side, and its normal: their images times the
+  // inverse of the three.
+  const double inverse_normal2 = 1 / normal2, unit = std::sqrt(d13);
+  const double height = std::sqrt(normal2 * inverse_d13);
+  const Eigen::Vector3d by13 = x13 * inverse_d13, by_height = x_height * (d13 * inverse_normal2),
+                        by_normal = normal * inverse_normal2;
+  const double last_step2 = std::max(kLastStep * kLastStep * t.height2, kRoundingStep * kRoundingStep);
   double found[4][3];
   int count = 0;
   for (const auto& line : lines) {
-    double candidates[2][3];
-    const int candidate_count = intersect(*conic, line, candidates);
-    for (int i = 0; i < candidate_count; ++i) {
-      double* s = candidates[i];
-      bool is_exact;
-      if (!polish(t, s, &is_exact)) continue;
-      const auto same = [s](const double* other) {
+    Pair polished[3], start[3];
+    const int candidates = intersect(*conic, line, polished);
+    if (candidates == 0) continue;
+    const Pair step2 = polish(t, last_step2, polished, start);
+    for (int i = 0; i < candidates; ++i) {
+      double s[3] = {polished[0][i], polished[1][i], polished[2][i]};
+      const bool converged = step2[i] <= last_step2;
+      if (!converged) {
+        const double from[3] = {start[0][i], start[1][i], start[2][i]};
+        if (!descend_from_either(t, from, s)) continue;
+      }
+      if (!(s[0] > 0 && s[1] > 0 && s[2] > 0)) continue;
+      const bool is_exact = converged && t.height2 > kFlat * kFlat;
+      const auto same = [&s](const double* other) {
         return std::abs(s[0] - other[0]) + std::abs(s[1] - other[1]) + std::abs(s[2] - other[2]) <=
                kSame * (s[0] + s[1] + s[2]);
       };
       if (std::any_of(found, found + count, same)) continue;
-      const Eigen::Vector3d y1 = unit * s[0] * f1, y12 = unit * s[1] * f2 - y1, y13 = unit * s[2] * f3 - y1;
+      const Eigen::Vector3d y1 = unit * s[0] * f1, y12 = unit * s[1] * f2 - y1;
+      Eigen::Vector3d y13 = unit * s[2] * f3 - y1;
       Motion& pose = (*cameras_from_map)[count];
-      const Eigen::Vector3d y_normal = y12.cross(y13);
-      for (int k = 0; k < 3; ++k) {
-        pose.rotation.col(k) = by12[k] * y12 + by13[k] * y13 + by_normal[k] * y_normal;
+      Eigen::Vector3d y_height = y12 - along * y13;
+      if (!is_exact) {
+        // The laws' residuals tilt a flat triangle: its side and height as they are, at a right angle.
+        if (!converged) y13 *= unit / y13.norm();
+        y_height -= (y_height.dot(y13) * inverse_d13) * y13;
+        y_height *= height / y_height.norm();
+        if (!projects(y1 + along * y13 + y_height, f2)) continue;
       }
-      if (!is_exact) orthonormalize(&pose.rotation);
+      const Eigen::Vector3d y_normal = y_height.cross(y13);
+      for (int k = 0; k < 3; ++k) {
+        pose.rotation.col(k) = by13[k] * y13 + by_height[k] * y_height + by_normal[k] * y_normal;
+      }
       pose.translation = y1 - pose.rotation * points[first];
-      if (!is_exact && !projects(pose, points, bearings_in_camera)) continue;
       std::copy(s, s + 3, found[count++]);
     }
   }
