@@ -12,6 +12,7 @@
 #include "keyframe_places.h"
 #include "mapping/mapper.h"
 #include "mapping/retriangulation.h"
+#include "motion_prior.h"
 #include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
@@ -95,8 +96,8 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
 }
 
 // Moves segments to where the others' landmarks place them as one. Other segments that these landmarks do not
-// confirm are removed, unless these are more than half of the map: then something else is wrong, such as the
-// calibration. Returns whether any was moved.
+// confirm are removed, and keyframes far off the motion of the others, unless these are more than half of the
+// map: then something else is wrong, such as the calibration. Returns whether any was moved.
 bool Mapper::correct_segments(const std::vector<InconsistentSegment>& segments,
                               const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed) {
   bool has_moved = false;
@@ -111,6 +112,7 @@ bool Mapper::correct_segments(const std::vector<InconsistentSegment>& segments,
       wrong.insert(segment.keyframes.begin(), segment.keyframes.end());
     }
   }
+  wrong.merge(off_motion(map_, limits_.motion_prior));
   const std::size_t before = map_.keyframes().size();
   if (2 * wrong.size() <= before + 1) remove_keyframes(wrong);
   for (const KeyframeId id : wrong) {

@@ -8,6 +8,7 @@
 #include "mapping/cross_view_matcher.h"
 #include "mapping/loop_verifier.h"
 #include "mapping/map_joiner.h"
+#include "mapping/motion_prior.h"
 #include "mapping/static_overlay.h"
 #include "mono_pose_tracker/map/map.h"
 
@@ -20,6 +21,7 @@ struct MapperLimits {
   MapJoinerOptions joiner;
   CrossViewOptions cross_view;
   StaticOverlayOptions overlay;
+  MotionPriorOptions motion_prior;
 
   // A growing map.
   double min_correction = 0.1;  // share by which an alternative's cost must be lower to replace a young map.
