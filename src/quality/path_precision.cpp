@@ -54,7 +54,7 @@ double PathPrecision::share() const {
 PathPrecision path_precision(const Map& map) {
   const Keyframes in_time = keyframes_in_time(map);
   const std::size_t parts = (in_time.size() + kMostKeyframes - 1) / kMostKeyframes;
-  PathPrecision path{0, length_of(in_time), extent_of(in_time)};
+  PathPrecision path{0, length_of(in_time), extent_of(in_time), weakest_scale_cut(map)};
   for (std::size_t part = 0; part < parts; ++part) {
     const auto at = [&](std::size_t i) {
       return in_time.begin() + static_cast<std::ptrdiff_t>(i * in_time.size() / parts);

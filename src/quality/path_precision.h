@@ -1,6 +1,7 @@
 #pragma once
 
 #include "mono_pose_tracker/map/map.h"
+#include "quality/scale_cut.h"
 
 namespace mono_pose_tracker {
 
@@ -11,6 +12,7 @@ struct PathPrecision {
   double sigma = 0;   // of a keyframe's position, root mean square; infinite where unconstrained
   double length = 0;  // from keyframe to keyframe in the order of time
   double extent = 0;  // of the keyframes about their centroid, root mean square
+  ScaleCut weakest_cut;
 
   double share() const;  // of the length; infinite for a path without a length
 };

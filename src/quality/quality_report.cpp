@@ -4,7 +4,6 @@
 #include "mapping/view_graph.h"
 #include "mono_pose_tracker/map/map.h"
 #include "quality/path_precision.h"
-#include "quality/scale_cut.h"
 
 #include <algorithm>
 #include <cmath>
@@ -51,7 +50,7 @@ void test_consistency(const MapEvidence& evidence, const QualityOptions& options
 
 // Test 2, lengths.
 void test_scale(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
-  const ScaleCut cut = weakest_scale_cut(*evidence.map);
+  const ScaleCut& cut = evidence.path->weakest_cut;
   if (cut.path_sigma() <= options.max_path_sigma) return;
   Finding finding;
   finding.kind = FindingKind::kUncertainScale;

@@ -6,17 +6,11 @@
 #include <map>
 #include <vector>
 
+#include "mapping/keyframe_landmarks.h"
+
 namespace mono_pose_tracker {
 
 namespace {
-
-std::vector<const Keyframe*> keyframes_in_time(const Map& map) {
-  std::vector<const Keyframe*> in_time;
-  for (const auto& entry : map.keyframes()) in_time.push_back(&entry.second);
-  std::sort(in_time.begin(), in_time.end(),
-            [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
-  return in_time;
-}
 
 // One observation of a landmark: time, viewing ray, precision.
 struct Ray {

@@ -10,7 +10,6 @@
 #include "mono_pose_tracker/quality/quality_report.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "quality/path_precision.h"
-#include "quality/scale_cut.h"
 
 namespace mono_pose_tracker {
 

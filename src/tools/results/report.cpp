@@ -90,7 +90,7 @@ Json maps_summary(const RecordingResult& result) {
     maps.push_back({{"frames", map.trajectory.size()},
                     {"keyframes", map.map.keyframes().size()},
                     {"points", map.map.landmarks().size()},
-                    {"weakest_seam_points", weakest_scale_cut(map.map).landmarks},
+                    {"weakest_seam_points", map.precision.weakest_cut.landmarks},
                     {"path_uncertainty_share", path_share(map.precision)},
                     {"contradicting_share", 1 - map.explained.share()},
                     {"verified_matches", map.explained.all},
