@@ -1,11 +1,24 @@
 #include "doubtful_frames.h"
 
 #include <cmath>
+#include <iterator>
 
 #include "finished_maps.h"
 #include "mono_pose_tracker/quality/quality_report.h"
 
 namespace mono_pose_tracker {
+
+std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory,
+                                       const DoubtfulFramesOptions& options) {
+  const std::set<std::int64_t> registered = frames_of(trajectory);
+  std::set<std::int64_t> isolated;
+  for (const std::int64_t frame : registered) {
+    const auto views = std::distance(registered.lower_bound(frame - options.near),
+                                     registered.upper_bound(frame + options.near));
+    if (views < 3) isolated.insert(frame);
+  }
+  return isolated;
+}
 
 std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,
                                          const std::set<std::int64_t>& doubtful) {

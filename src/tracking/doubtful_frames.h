@@ -13,7 +13,15 @@ struct DoubtfulFramesOptions {
   double steps = 3;          // error of a doubtful pose, in steps between images. An estimate: measured wrong
                              // poses had one to three
   double most_share = 0.25;  // of all frames: consecutive doubtful poses propagate their error
+  std::int64_t near = 4;  // images before and after, of which two others confirm a pose; half of them may be
+                          // blurred
 };
+
+// Frames that rest on less than three views: of the images next to them at most one other has a pose. They
+// were registered by landmarks alone, which repeated structure has elsewhere as well, and the images that
+// show the same were not registered there.
+std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory,
+                                       const DoubtfulFramesOptions& options = {});
 
 // Frames of the trajectory with doubtful poses, without those between two certain poses: their errors are
 // small, or they were detected as outliers.

@@ -24,6 +24,14 @@ TEST(DoubtfulFrames, BetweenTwoThatAreBeyondDoubtOneIsNone) {
   EXPECT_TRUE(doubtful_alone(registered({0, 2}), {1}).empty()) << "it has no pose";
 }
 
+// As a single image of a wall whose pattern repeats, after images that were not registered.
+TEST(DoubtfulFrames, FramesThatNoThirdViewConfirmsAreIsolated) {
+  EXPECT_EQ(isolated_frames(registered({0, 1, 2, 3, 9, 15, 16, 25, 27, 29})),
+            (std::set<std::int64_t>{9, 15, 16}));
+  EXPECT_EQ(isolated_frames(registered({0, 1, 9, 10, 11})), (std::set<std::int64_t>{0, 1}));
+  EXPECT_TRUE(isolated_frames(registered({3, 5, 7, 9})).empty()) << "every second image is blurred";
+}
+
 // One of six may distort half of the path; a few of a hundred hardly matter.
 TEST(DoubtfulFrames, OnADoubtfulFrameAShortPathMayBeDistorted) {
   EXPECT_FALSE(may_distort_path(0, 6));
