@@ -67,6 +67,21 @@ inline double binomial_tail(int k, int n, double probability) {
   return std::min(1.0, sum);
 }
 
+/// Probability that Student's t of this many degrees of freedom (>= 1) exceeds a value (Abramowitz and Stegun
+/// 1964, 26.7.3 and 26.7.4).
+inline double student_tail(double t, int degrees) {
+  const double angle = std::atan2(std::abs(t), std::sqrt(degrees)), cosine = std::cos(angle);
+  const bool is_odd = degrees % 2 != 0;
+  double term = is_odd ? cosine : 1, sum = degrees == 1 ? 0 : term;
+  for (int k = is_odd ? 3 : 2; k <= degrees - 2; k += 2) {
+    term *= cosine * cosine * (k - 1) / k;
+    sum += term;
+  }
+  const double within = is_odd ? (angle + std::sin(angle) * sum) / std::acos(0.0) : std::sin(angle) * sum;
+  const double tail = std::max(0.0, (1 - within) / 2);
+  return t >= 0 ? tail : 1 - tail;
+}
+
 /// The voters, each with its distance.
 using DistantVotes = std::vector<std::pair<float, bool>>;
 

@@ -9,17 +9,12 @@
 namespace mono_pose_tracker {
 
 /// Compares a map with an alternative hypothesis that explains its images about as well (depth_reversal.h,
-/// planar_ambiguity.h): both are adjusted, and their costs decide. Margins are relative to the map's cost.
+/// planar_ambiguity.h): both are adjusted, and their costs decide.
 struct AlternativeMapOptions {
   double outlier_sigmas = 2.5;                    // at which an observation's cost is capped
   int trial_iterations = 8, max_iterations = 25;  // of an adjustment: first ones, and the further ones
   double far_higher_cost = 3;  // a cost higher by this factor after the first iterations is
                                // not brought near by further ones
-
-  // Below these margins the alternative is not ruled out. In a right map, an alternative that costs only a
-  // third more would leave every fourth unit of its cost unexplained by noise.
-  double min_depth_evidence = 1.0 / 3;
-  double min_geometry_evidence = 1.0 / 3;
 
   // Depth reversal.
   double narrow = 0.15;   // rad, rms about the mean bearing: 8.6 degrees, below which a map may be reversed
@@ -40,6 +35,12 @@ struct AlternativeMapOptions {
   std::size_t beginning = 24;  // keyframes at the beginning that are compared: the others were registered
                                // relative to these, and every alternative takes adjustments of them all
 };
+
+/// Probability that the alternative costs so much more than the map by chance, if it were no worse: Student's
+/// t-test of the differences of the landmarks' costs (Vuong 1989). The errors of a landmark are correlated,
+/// as its features drift along the track, so that each landmark counts as one. Observations that the
+/// alternative has lost cost as much as outliers.
+double p_value_of(const Map& alternative, const Map& map, double outlier_sigmas);
 
 /// Sum of squared errors, each capped.
 inline double cost_of(const Map& map, double outlier_sigmas) {

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -165,32 +164,30 @@ std::optional<Map> sample_of(const BundleOptions& bundle, const AlternativeMapOp
   return sample;
 }
 
-// Cost of the stretched map; infinite where it converges to the map again, or nearly.
-double cost_when_stretched(BundleOptions trial, const AlternativeMapOptions& options, const Map& map,
-                           double cost, double stretch) {
+// p-value of the stretched map; 0 where it converges to the map again, or nearly.
+double p_value_when_stretched(BundleOptions trial, const AlternativeMapOptions& options, const Map& map,
+                              double cost, double stretch) {
   const double own_rotation = rotation_before_cameras(map);
   Map alternative = map;
   stretch_depth(stretch, &alternative, options);
-  double alternative_cost = 0;
   for (int round = 0; round < options.max_stretched_rounds; ++round) {
     adjust_map(trial, &alternative);
-    alternative_cost = cost_of(alternative, options.outlier_sigmas);
-    if (alternative_cost > options.far_higher_cost * cost ||
+    if (cost_of(alternative, options.outlier_sigmas) > options.far_higher_cost * cost ||
         !rotates_differently(rotation_before_cameras(alternative), own_rotation))
-      return std::numeric_limits<double>::infinity();
+      return 0;
     trial.max_iterations = options.max_iterations;
   }
-  return alternative_cost;
+  return p_value_of(alternative, map, options.outlier_sigmas);
 }
 
-double cheapest_when_stretched(const BundleOptions& bundle, const AlternativeMapOptions& options,
-                               const Map& map, double cost) {
+double highest_p_value_when_stretched(const BundleOptions& bundle, const AlternativeMapOptions& options,
+                                      const Map& map, double cost) {
   const BundleOptions trial = trial_of(options.stretches.size(), bundle, options.trial_iterations);
-  std::vector<double> costs(options.stretches.size());
-  parallel_for(static_cast<int>(costs.size()), bundle.own_threads, [&](int i) {
-    costs[i] = cost_when_stretched(trial, options, map, cost, options.stretches[i]);
+  std::vector<double> p_values(options.stretches.size());
+  parallel_for(static_cast<int>(p_values.size()), bundle.own_threads, [&](int i) {
+    p_values[i] = p_value_when_stretched(trial, options, map, cost, options.stretches[i]);
   });
-  return *std::min_element(costs.begin(), costs.end());
+  return *std::max_element(p_values.begin(), p_values.end());
 }
 
 // The depth-reversed map with the lowest cost, adjusted as far as the comparison needs.
@@ -234,14 +231,15 @@ bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Ma
   return true;
 }
 
-double depth_evidence(const BundleOptions& bundle, const Map& map, const AlternativeMapOptions& options) {
-  if (!is_narrow(map, options)) return std::numeric_limits<double>::infinity();
+double reversal_p_value(const BundleOptions& bundle, const Map& map, const AlternativeMapOptions& options) {
+  if (!is_narrow(map, options)) return 0;
   const std::optional<Map> sample = sample_of(bundle, options, map);
   const Map& compared = sample ? *sample : map;
   const double cost = cost_of(compared, options.outlier_sigmas);
   double alternative_cost = 0;
-  cheapest_reversal(bundle, options, compared, cost, &alternative_cost);
-  return std::min(alternative_cost, cheapest_when_stretched(bundle, options, compared, cost)) / cost - 1;
+  const Map reversed = cheapest_reversal(bundle, options, compared, cost, &alternative_cost);
+  return std::max(p_value_of(reversed, compared, options.outlier_sigmas),
+                  highest_p_value_when_stretched(bundle, options, compared, cost));
 }
 
 }  // namespace mono_pose_tracker

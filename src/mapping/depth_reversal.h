@@ -31,11 +31,12 @@ bool is_narrow(const Map& map, const AlternativeMapOptions& options = {});
 bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map,
                             const AlternativeMapOptions& options = {});
 
-/// Relative cost margin of the map over the best depth-reversed map, and over stretched maps that rotate half
-/// as far again or less and keep their rotation when adjusted. Infinite where the map is not narrow, as it is
-/// then unambiguous. A map of one rigid object that has rotated far enough has a large margin. A map with
-/// wrong depths fits no better than its reversal or than a flatter map with larger rotations. A large map is
+/// p-value (alternative_map.h) of the best depth-reversed map, or of a stretched map that rotates half as far
+/// again or less and keeps its rotation when adjusted: the larger. 0 where the map is not narrow, as it is
+/// then unambiguous. A map of one rigid object that has rotated far enough has a small one. A map with wrong
+/// depths fits no better than its reversal or than a flatter map with larger rotations. A large map is
 /// compared by a sample of its landmarks.
-double depth_evidence(const BundleOptions& bundle, const Map& map, const AlternativeMapOptions& options = {});
+double reversal_p_value(const BundleOptions& bundle, const Map& map,
+                        const AlternativeMapOptions& options = {});
 
 }  // namespace mono_pose_tracker

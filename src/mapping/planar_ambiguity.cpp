@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <map>
 #include <optional>
 #include <unordered_map>
@@ -188,6 +187,7 @@ Map beginning_of(const Map& map, std::size_t keyframes) {
 struct Alternative {
   Map map;
   double cost = 0;  // relative to the cost of the map itself, equally adjusted
+  double p_value = 0;
 };
 
 // Adjusts the alternative map as far as a comparison needs. Returns false where its cost is far higher than
@@ -218,14 +218,16 @@ std::optional<Alternative> best_alternative(const BundleOptions& bundle, const R
         Regrowth(map, ransac, options.min_inliers).grow(*pair, geometry.second_from_first);
     if (!grown || !adjust_alternative(bundle, options, *pair, observations, cost, &*grown)) continue;
     const double alternative_cost = cost_of(*grown, observations, options.outlier_sigmas);
-    if (!best || alternative_cost < best->cost) best = Alternative{std::move(*grown), alternative_cost};
+    if (!best || alternative_cost < best->cost) best = Alternative{std::move(*grown), alternative_cost, 0};
   }
   if (!best) return std::nullopt;
   Map itself = map;
   BundleOptions as_far = bundle;
   as_far.max_iterations = options.trial_iterations + options.max_iterations;
   adjust_map(as_far, &itself);
-  best->cost /= std::min(cost, cost_of(itself, observations, options.outlier_sigmas));
+  const double own_cost = cost_of(itself, observations, options.outlier_sigmas);
+  best->p_value = p_value_of(best->map, own_cost < cost ? itself : map, options.outlier_sigmas);
+  best->cost /= std::min(cost, own_cost);
   return best;
 }
 
@@ -240,12 +242,12 @@ bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, 
   return true;
 }
 
-double geometry_evidence(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
-                         const AlternativeMapOptions& options) {
-  if (is_narrow(map, options)) return std::numeric_limits<double>::infinity();
+double planar_p_value(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
+                      const AlternativeMapOptions& options) {
+  if (is_narrow(map, options)) return 0;
   const std::optional<Alternative> alternative =
       best_alternative(bundle, ransac, options, beginning_of(map, options.beginning));
-  return alternative ? alternative->cost - 1 : std::numeric_limits<double>::infinity();
+  return alternative ? alternative->p_value : 0;
 }
 
 }  // namespace mono_pose_tracker

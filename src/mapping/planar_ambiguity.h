@@ -19,9 +19,9 @@ namespace mono_pose_tracker {
 bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence, Map* map,
                       const AlternativeMapOptions& options = {});
 
-/// Relative cost margin of the map's beginning over its best alternative; infinite where its keyframes have
-/// no alternative geometry.
-double geometry_evidence(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
-                         const AlternativeMapOptions& options = {});
+/// p-value (alternative_map.h) of the best alternative of the map's beginning; 0 where its keyframes have no
+/// alternative geometry.
+double planar_p_value(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
+                      const AlternativeMapOptions& options = {});
 
 }  // namespace mono_pose_tracker

@@ -87,9 +87,10 @@ void test_path(const MapEvidence& evidence, const QualityOptions& options, Quali
   report->add(std::move(finding));
 }
 
-void test_alternatives(const MapEvidence& evidence, QualityReport* report) {
-  if (evidence.depth_evidence < evidence.least_depth_evidence) {
+void test_alternatives(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
+  if (evidence.reversal_p_value > options.significance) {
     Finding finding;
+    finding.p_value = evidence.reversal_p_value;
     finding.kind = FindingKind::kDepthReversal;
     finding.text =
         in_map(evidence) +
@@ -97,8 +98,9 @@ void test_alternatives(const MapEvidence& evidence, QualityReport* report) {
         "view): turn farther, come nearer, or mask independently moving objects (--masks).";
     report->add(std::move(finding));
   }
-  if (evidence.geometry_evidence < evidence.least_geometry_evidence) {
+  if (evidence.planar_p_value > options.significance) {
     Finding finding;
+    finding.p_value = evidence.planar_p_value;
     finding.kind = FindingKind::kPlanarAmbiguity;
     finding.text =
         in_map(evidence) +
@@ -179,7 +181,7 @@ QualityReport assess(const MapEvidence& evidence, const QualityOptions& options)
   QualityReport report;
   test_images(evidence, options, &report);
   test_consistency(evidence, options, &report);
-  test_alternatives(evidence, &report);
+  test_alternatives(evidence, options, &report);
   // Two views, and a path of another run, have no information on this path.
   if (!evidence.path || evidence.rests_on_two_views || evidence.is_loaded) return report;
   test_scale(evidence, options, &report);

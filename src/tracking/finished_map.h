@@ -36,8 +36,8 @@ struct FinishedMap {
   std::vector<MotionTrack> object_tracks;
   /// The images show a static background that no mask has separated from the moving object.
   bool shows_background = false;
-  double depth_evidence = 0;     // against the depth-reversed map (mapping/depth_reversal.h)
-  double geometry_evidence = 0;  // against the planar alternative (mapping/planar_ambiguity.h)
+  double reversal_p_value = 0;  // of the depth-reversed map (mapping/depth_reversal.h)
+  double planar_p_value = 0;    // of the second motion of a plane (mapping/planar_ambiguity.h)
 
   bool confirmed() const { return quality.confirmed(); }
 };

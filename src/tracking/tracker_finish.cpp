@@ -142,9 +142,9 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.map = worker_.mapper().map();
   map.precision = path_precision(map.map);
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
-  map.depth_evidence = depth_evidence(options_.bundle, map.map, limits_.alternatives);
-  map.geometry_evidence =
-      geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map, limits_.alternatives);
+  map.reversal_p_value = reversal_p_value(options_.bundle, map.map, limits_.alternatives);
+  map.planar_p_value =
+      planar_p_value(options_.bundle, options_.ransac(camera_.focal()), map.map, limits_.alternatives);
   worker_.mapper().connect();
   map.explained = explained_matches(map.map, view_graph());
   map.shows_background = !goes_through(map.map) && shows_background(view, map.map);
@@ -165,10 +165,8 @@ void Tracker::Impl::assess_map(std::size_t place, std::int64_t images, FinishedM
   evidence.is_object = is_narrow(map->map, limits_.alternatives);
   evidence.registered = map->trajectory.size();
   evidence.images = images;
-  evidence.depth_evidence = map->depth_evidence;
-  evidence.least_depth_evidence = limits_.alternatives.min_depth_evidence;
-  evidence.geometry_evidence = map->geometry_evidence;
-  evidence.least_geometry_evidence = limits_.alternatives.min_geometry_evidence;
+  evidence.reversal_p_value = map->reversal_p_value;
+  evidence.planar_p_value = map->planar_p_value;
   map->quality = assess(evidence, {});
 }
 

@@ -46,6 +46,18 @@ TEST(BinomialTail, IsExact) {
   EXPECT_NEAR(binomial_tail(5, 5, 0.5), 1.0 / 32, 1e-12);
 }
 
+// The quantiles of tables.
+TEST(StudentTail, IsExact) {
+  EXPECT_NEAR(student_tail(12.706, 1), 0.025, 1e-5);
+  EXPECT_NEAR(student_tail(4.3027, 2), 0.025, 1e-5);
+  EXPECT_NEAR(student_tail(4.5407, 3), 0.01, 1e-5);
+  EXPECT_NEAR(student_tail(2.2281, 10), 0.025, 1e-5);
+  EXPECT_NEAR(student_tail(-2.2281, 10), 0.975, 1e-5);
+  EXPECT_NEAR(student_tail(3.5272, 21), 0.001, 1e-5);
+  EXPECT_EQ(student_tail(0, 7), 0.5);
+  EXPECT_GE(student_tail(1e6, 40), 0);
+}
+
 }  // namespace
 
 }  // namespace mono_pose_tracker

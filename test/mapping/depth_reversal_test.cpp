@@ -13,6 +13,7 @@
 namespace mono_pose_tracker {
 namespace {
 
+constexpr double kSignificance = 1e-3;  // QualityOptions
 constexpr int kTurns = 8;
 constexpr double kStep = 4 * kDegree;  // rotation of the object between keyframes
 
@@ -105,10 +106,10 @@ TEST(DepthReversal, AStretchedMapTurnsFartherTheSameWay) {
 // right one.
 TEST(DepthReversal, EvidenceTellsARightMapFromAWrongOne) {
   const Map map = head_map(0.3);
-  EXPECT_GT(depth_evidence(BundleOptions(), map), AlternativeMapOptions().min_depth_evidence);
+  EXPECT_LT(reversal_p_value(BundleOptions(), map), kSignificance);
   Map reversed = map;
   reverse_depth(1, &reversed);
-  EXPECT_LT(depth_evidence(BundleOptions(), reversed), 0);
+  EXPECT_GT(reversal_p_value(BundleOptions(), reversed), 0.5);
 }
 
 // A map so large that it is compared by a sample; a view at the end of the rotation has few observations.
@@ -118,11 +119,11 @@ TEST(DepthReversal, ALargeMapIsComparedAsASmallOne) {
   const KeyframeId last = map.keyframes().rbegin()->first;
   std::vector<LandmarkId> seen = landmarks_of(*map.keyframe(last));
   for (std::size_t i = 15; i < seen.size(); ++i) map.remove_observation(seen[i], last);
-  EXPECT_GT(depth_evidence(BundleOptions(), map), AlternativeMapOptions().min_depth_evidence);
+  EXPECT_LT(reversal_p_value(BundleOptions(), map), kSignificance);
   Map stays = map;
   EXPECT_FALSE(correct_depth_reversal(BundleOptions(), 0.05, &stays));
   reverse_depth(1, &map);
-  EXPECT_LT(depth_evidence(BundleOptions(), map), 0);
+  EXPECT_GT(reversal_p_value(BundleOptions(), map), 0.5);
   EXPECT_TRUE(correct_depth_reversal(BundleOptions(), 0.05, &map));
   EXPECT_LT((turned(map) - truth).norm(), 3 * kDegree);
 }
@@ -132,11 +133,11 @@ TEST(DepthReversal, EvidenceTellsAMapThatHardlyTurns) {
   Map map = map_of_short_tracks(0.1);
   const double truth = turned(map).norm();
   settle(&map);
-  EXPECT_GT(depth_evidence(BundleOptions(), map), AlternativeMapOptions().min_depth_evidence);
+  EXPECT_LT(reversal_p_value(BundleOptions(), map), kSignificance);
   stretch_depth(0.1, &map);
   settle(&map);
   ASSERT_LT(turned(map).norm(), 0.5 * truth);
-  EXPECT_LT(depth_evidence(BundleOptions(), map), AlternativeMapOptions().min_depth_evidence);
+  EXPECT_GT(reversal_p_value(BundleOptions(), map), kSignificance);
 }
 
 TEST(DepthReversal, ARightMapStaysAsItIs) {

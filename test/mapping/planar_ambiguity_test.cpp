@@ -14,6 +14,7 @@
 namespace mono_pose_tracker {
 namespace {
 
+constexpr double kSignificance = 1e-3;  // QualityOptions
 constexpr int kViews = 7;
 constexpr double kDepth = 4;          // of the wall, fronto-parallel
 constexpr double kMinEvidence = 0.1;  // as in the mapper
@@ -117,12 +118,12 @@ TEST(PlanarAmbiguity, AMapOfTheSecondPlanarSolutionIsCorrected) {
   Map map = second_solution_of(map_of(wall(random), random));
   ASSERT_GT(turn_off(map), 5 * kDegree);  // an adjustment does not correct it
   ASSERT_GT(direction_off(map), 20 * kDegree);
-  EXPECT_LT(geometry_evidence(BundleOptions(), ransac(), map), 0);
+  EXPECT_GT(planar_p_value(BundleOptions(), ransac(), map), 0.5);
   ASSERT_TRUE(correct_geometry(BundleOptions(), ransac(), kMinEvidence, &map));
   map.check();
   EXPECT_LT(turn_off(map), 0.5 * kDegree);
   EXPECT_LT(direction_off(map), 3 * kDegree);
-  EXPECT_GT(geometry_evidence(BundleOptions(), ransac(), map), AlternativeMapOptions().min_geometry_evidence);
+  EXPECT_LT(planar_p_value(BundleOptions(), ransac(), map), kSignificance);
 }
 
 TEST(PlanarAmbiguity, ARightMapStaysAsItIs) {
@@ -131,20 +132,20 @@ TEST(PlanarAmbiguity, ARightMapStaysAsItIs) {
   const Rigid3 before = map.keyframe(kViews - 1)->camera_from_map;
   EXPECT_FALSE(correct_geometry(BundleOptions(), ransac(), kMinEvidence, &map));
   EXPECT_EQ(map.keyframe(kViews - 1)->camera_from_map.translation, before.translation);
-  EXPECT_GT(geometry_evidence(BundleOptions(), ransac(), map), AlternativeMapOptions().min_geometry_evidence);
+  EXPECT_LT(planar_p_value(BundleOptions(), ransac(), map), kSignificance);
 }
 
 TEST(PlanarAmbiguity, AScenesDepthLeavesNoOther) {
   Random random(7);
   const SyntheticScene scene = box_scene(300, random);
-  EXPECT_GT(geometry_evidence(BundleOptions(), ransac(), map_of(scene, random)), 3);
+  EXPECT_LT(planar_p_value(BundleOptions(), ransac(), map_of(scene, random)), 1e-6);
 }
 
 TEST(PlanarAmbiguity, TooFewCommonMatchesGiveNoAlternative) {
   Random random(8);
   const SyntheticScene scene = box_scene(40, random);
   Map map = map_of(scene, random);
-  EXPECT_TRUE(std::isinf(geometry_evidence(BundleOptions(), ransac(), map)));
+  EXPECT_EQ(planar_p_value(BundleOptions(), ransac(), map), 0);
   EXPECT_FALSE(correct_geometry(BundleOptions(), ransac(), kMinEvidence, &map));
 }
 

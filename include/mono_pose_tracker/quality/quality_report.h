@@ -53,8 +53,9 @@ class QualityReport {
 };
 
 struct QualityOptions {
-  double significance = 1e-3;    // of the consistency tests: expected false alarms a recording, so 1 in 1,000
-  double max_path_sigma = 0.01;  // standard deviation of positions, share of the path: three are 3 %
+  double significance = 1e-3;  // of the consistency tests: expected false alarms a recording, so 1 in 1,000;
+                               // and at which alternatives are ruled out
+  double max_path_sigma = 0.01;     // standard deviation of positions, share of the path: three are 3 %
   double max_extent_sigma = 0.2;    // the same, share of the keyframes' extent: noise makes the path of a
                                     // camera at rest long
   double min_registered = 2.0 / 3;  // share of the images that the first map must hold to be confirmed
@@ -72,8 +73,9 @@ struct MapEvidence {
   bool is_object = false;      // a narrow view: images that do not show the object are no loss
   std::size_t registered = 0;  // images
   std::int64_t images = 0;     // that have features
-  double depth_evidence = 0, geometry_evidence = 0;  // mapping/depth_reversal.h, planar_ambiguity.h
-  double least_depth_evidence = 0, least_geometry_evidence = 0;  // that are needed
+  // That an alternative explains the images so much worse by chance (mapping/depth_reversal.h,
+  // planar_ambiguity.h).
+  double reversal_p_value = 0, planar_p_value = 0;
 };
 
 /// The tests of one map: consistency with the view graph, uncertainty of its scale and path, alternative
