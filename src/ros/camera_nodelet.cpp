@@ -179,6 +179,7 @@ void CameraNodelet::tear_down() {
 void CameraNodelet::onInit() {
   try {
     read_settings();
+    check_video();
     advertise();
     capturing_ = std::thread([this] { capture_images(); });
   } catch (const std::exception& e) {
@@ -213,8 +214,26 @@ void CameraNodelet::read_settings() {
                                 ", expected four letters such as MJPG or YUYV");
   }
   settings_.video = expand_path(settings_.video);
+  std::error_code ignored;
+  if (settings_.video.empty() && std::filesystem::is_regular_file(device_path(settings_.device), ignored)) {
+    throw std::invalid_argument("~device is " + settings_.device +
+                                ", which is a file: expected a V4L2 device or the URL of a stream (~video "
+                                "plays a video file)");
+  }
   for (const std::string& line : reader.unknown("the camera")) NODELET_WARN("%s", line.c_str());
   NODELET_INFO("parameters: %s", reader.effective().c_str());
+}
+
+/// Throws if there is a video, and its first image can't be read: unlike a device, no later trial would help.
+void CameraNodelet::check_video() const {
+  if (settings_.video.empty()) return;
+  Capture capture(settings_);
+  capture.open();
+  cv::Mat image;
+  if (capture.read(&image) != Capture::Result::kImage) {
+    throw std::runtime_error(settings_.video +
+                             ": no image can be read: expected a video that OpenCV decodes");
+  }
 }
 
 void CameraNodelet::advertise() {
@@ -246,10 +265,11 @@ void CameraNodelet::capture_images() {
           done = stream(capture);
           if (done) return;
           retry = kFirstRetry;
-          set_problem(capture.name() + " delivers no more images; was it unplugged?");
+          set_problem(capture.name() + (capture.is_video() ? " can no longer be read"
+                                                           : " delivers no more images; was it unplugged?"));
         },
         [this](const std::string& text) { set_problem(text); });
-    if (done) return;
+    if (done || capture.is_video()) return;  // a file that was readable before is damaged or gone for good
     capture.close();
     if (!wait_until(Clock::now() + retry)) return;
     retry = std::min(2 * retry, kSlowestRetry);
@@ -337,7 +357,7 @@ void CameraNodelet::set_problem(const std::string& problem) {
     health_.problem = problem;
     ++health_.failures;
   }
-  if (is_new) NODELET_ERROR("%s (retrying)", problem.c_str());
+  if (is_new) NODELET_ERROR("%s%s", problem.c_str(), settings_.video.empty() ? " (retrying)" : "");
 }
 
 /// False when the nodelet is to stop.

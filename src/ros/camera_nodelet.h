@@ -84,8 +84,9 @@ class Capture {
 double age_of_stamp(double stamp_seconds, double now_seconds);
 
 /// Publishes a V4L2 camera or a video file as ~image_raw and ~camera_info, for machines without a driver
-/// package. A missing or disconnected camera is reported on /diagnostics and opened again. One thread
-/// captures; the nodelet's queue answers ~set_camera_info and runs the diagnostics.
+/// package. A missing or disconnected camera is reported on /diagnostics and opened again; a video file that
+/// cannot be read is refused at the start. One thread captures; the nodelet's queue answers ~set_camera_info
+/// and runs the diagnostics.
 class CameraNodelet : public nodelet::Nodelet {
  public:
   ~CameraNodelet() override;
@@ -105,6 +106,7 @@ class CameraNodelet : public nodelet::Nodelet {
 
   void onInit() override;
   void read_settings();
+  void check_video() const;
   void advertise();
   void tear_down();  // at any stage of its start, and more than once
 

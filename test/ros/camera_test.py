@@ -20,6 +20,7 @@ from sensor_msgs.srv import SetCameraInfo
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from listening import TIMEOUT, VIDEO_FPS, Listener, write_video  # noqa: E402
+from mjpeg_stream import MjpegStream, free_port  # noqa: E402
 
 
 def grey_images(count):
@@ -73,30 +74,44 @@ class CameraTest(unittest.TestCase):
         self.assertIsNotNone(self.diagnostics.wait_for(holds), f"{name} never said so on /diagnostics")
         return found[0]
 
-    def test_a_video_that_is_missing_and_then_appears(self):
+    def test_a_camera_that_appears_late_and_is_unplugged(self):
         images = Listener("late/image_raw", Image)
         infos = Listener("late/camera_info", CameraInfo)
-        self.start("late", video=self.video, frame_id="lens")
-        status = self.diagnosis("late", lambda s: s.level == DiagnosticStatus.ERROR and "no such video" in s.message)
-        self.assertIn(self.video, status.message)
+        port = free_port()
+        url = f"http://127.0.0.1:{port}/stream"
+        self.start("late", device=url, frame_id="lens")
+        status = self.diagnosis("late", lambda s: s.level == DiagnosticStatus.ERROR and "cannot be opened" in s.message)
+        self.assertIn(url, status.message)
         self.assertEqual(len(images.messages), 0)
         images.wait_for_publisher()
 
+        for _ in range(2):  # plugged in, and again
+            before = len(images.messages)
+            stream = MjpegStream(port, grey_images(30), VIDEO_FPS)
+            try:
+                self.assertTrue(images.wait_for_number(before + 5))
+                self.diagnosis("late", lambda s: s.level == DiagnosticStatus.WARN and "images arrive" in s.message)
+            finally:
+                stream.close()
+            self.diagnosis("late", lambda s: s.level == DiagnosticStatus.ERROR)
+        self.assertEqual({(m.width, m.height, m.encoding, m.header.frame_id) for m in images.messages},
+                         {(64, 48, "bgr8", "lens")})
+        # A camera_info goes with every image; of a camera that is not calibrated it has the size alone.
+        self.assertIsNotNone(infos.wait_for(lambda m: m.header.stamp == images.messages[-1].header.stamp))
+        self.assertEqual((infos.messages[0].width, infos.messages[0].height, infos.messages[0].K[0]), (64, 48, 0))
+
+    def test_a_video_is_played_at_its_own_pace_to_its_end(self):
         count = 30
         write_video(self.video, grey_images(count))
+        images = Listener("played/image_raw", Image)
+        self.start("played", video=self.video)
         last = 10 + 5 * (count - 1)
         self.assertIsNotNone(images.wait_for(lambda m: abs(m.data[0] - last) < 3))
         levels = [m.data[0] for m in images.messages]
         self.assertEqual(levels, sorted(levels))
-        self.assertEqual({(m.width, m.height, m.encoding, m.header.frame_id) for m in images.messages},
-                         {(64, 48, "bgr8", "lens")})
-        # Its own pace: 20 images a second.
         stamps = [m.header.stamp.to_sec() for m in images.messages]
         self.assertAlmostEqual(numpy.median(numpy.diff(stamps)), 1 / VIDEO_FPS, delta=0.5 / VIDEO_FPS)
-        # A camera_info goes with every image; of a camera that is not calibrated it has the size alone.
-        self.assertIsNotNone(infos.wait_for(lambda m: m.header.stamp == images.messages[-1].header.stamp))
-        self.assertEqual((infos.messages[0].width, infos.messages[0].height, infos.messages[0].K[0]), (64, 48, 0))
-        self.diagnosis("late", lambda s: s.level == DiagnosticStatus.OK and "ended" in s.message)
+        self.diagnosis("played", lambda s: s.level == DiagnosticStatus.OK and "ended" in s.message)
 
     def test_the_calibration_tool_can_store_its_result(self):
         write_video(self.video, grey_images(10))
@@ -128,27 +143,42 @@ class CameraTest(unittest.TestCase):
         self.diagnosis("unplugged", lambda s: any(v.key == "failures" and int(v.value) >= 3 for v in s.values))
 
     def test_what_is_no_camera_is_named(self):
-        self.start("strange", device=self.folder.name + "/file")
-        with open(self.folder.name + "/file", "w") as file:
-            file.write("not a camera")
+        self.start("strange", device="/dev/null")
         self.diagnosis("strange", lambda s: s.level == DiagnosticStatus.ERROR and "cannot be opened" in s.message)
 
-    def test_bad_parameters_are_refused(self):
+    def refused(self, parameter):
+        """What the node prints, which ends by itself."""
         program = roslib.packages.find_node("mono_pose_tracker", "camera_node")[0]
+        result = subprocess.run([program, "__name:=refused", parameter], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                text=True, timeout=TIMEOUT)
+        rospy.delete_param("/refused")
+        self.assertEqual(result.returncode, 1, result.stdout)
+        return result.stdout
+
+    def test_bad_parameters_are_refused(self):
         for parameter, said in (("_pixel_format:=MJPEG", "~pixel_format is MJPEG, expected four letters"),
                                 ("_camera_info_url:=http://x/y", "~camera_info_url is http://x/y, expected a path"),
                                 ("_rate:=1e-12", "~rate is 1e-12, expected 0")):
-            result = subprocess.run([program, "__name:=refused", parameter], stdout=subprocess.PIPE,
-                                    stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT)
-            rospy.delete_param("/refused")
-            self.assertEqual(result.returncode, 1)
-            self.assertIn(said, result.stdout)
+            self.assertIn(said, self.refused(parameter))
 
-    def test_a_pipe_in_place_of_a_video_is_named(self):
-        """Nobody writes into it: to open it would wait for ever."""
+    def test_a_file_that_is_no_video_ends_the_node(self):
+        """A pipe too, into which nobody writes: to open it would wait for ever."""
         os.mkfifo(self.folder.name + "/pipe")
-        self.start("piped", video=self.folder.name + "/pipe")
-        self.diagnosis("piped", lambda s: s.level == DiagnosticStatus.ERROR and "pipe is not a regular file" in s.message)
+        for name, content in (("empty.mp4", b""), ("text.avi", b"not a video")):
+            with open(os.path.join(self.folder.name, name), "wb") as file:
+                file.write(content)
+        write_video(self.video, grey_images(10))
+        with open(self.video, "rb") as whole, open(self.folder.name + "/head.avi", "wb") as file:
+            file.write(whole.read(2000))  # no image is whole
+        for source, said in (("_video:=%s/none.avi", "no such video: %s/none.avi"),
+                             ("_video:=%s/pipe", "%s/pipe is not a regular file"),
+                             ("_video:=%s/empty.mp4", "%s/empty.mp4: cannot be opened as a video: expected"),
+                             ("_video:=%s/text.avi", "%s/text.avi: cannot be opened as a video: expected"),
+                             ("_video:=%s/head.avi", "%s/head.avi: "),
+                             ("_device:=%s/video.avi", "~device is %s/video.avi, which is a file: expected a V4L2 device")):
+            output = self.refused(source % self.folder.name)
+            self.assertIn(said % self.folder.name, output)
+            self.assertNotIn("retrying", output)
 
     def test_a_pipe_in_place_of_a_calibration_is_refused(self):
         """By both nodes, at once: to open it would wait for ever, and past Ctrl-C."""

@@ -324,7 +324,7 @@ class LaunchFilesTest(unittest.TestCase):
     def test_what_is_no_bag_ends_the_launch_with_its_cause(self):
         for name, head, words, transport in (
                 ("walk.mp4", b"\0\0\0\x20ftypisom", "is a video: camera.launch video:=FILE plays it", "auto"),
-                ("drive.mcap", b"\x89MCAP0\r\n", "is an MCAP file: rosbags-convert", "raw")):
+                ("drive.mcap", b"\x89MCAP0\r\n", "is an MCAP file: track_sequence --bag tracks it; to play it, convert it", "raw")):
             path = os.path.join(self.folder, name)
             with open(path, "wb") as file:
                 file.write(head + bytes(100))
@@ -384,10 +384,19 @@ class LaunchFilesTest(unittest.TestCase):
     def test_camera(self):
         """Without one, as here, it says so and goes on looking; with a name space and everything else set."""
         self.expect("camera.launch", ["no image on /camera/image_raw although it is published", "/dev/video0"], "rviz:=false", "driver:=own")
-        self.expect("camera.launch", ["no image on /left/camera/image_raw although it is published", "no_such.avi"], "rviz:=false",
-                    "video:=" + self.folder + "/no_such.avi", "camera_info_url:=" + self.recording.camera, "width:=160",
+        self.expect("camera.launch", ["no image on /left/camera/image_raw although it is published", "/dev/no_such"], "rviz:=false",
+                    "driver:=own", "device:=/dev/no_such", "camera_info_url:=" + self.recording.camera, "width:=160",
                     "height:=120", "rate:=10", "frame_id:=left_camera", "map_frame:=left_map", "view_frame:=left_view",
                     "base_frame:=base", "odom_frame:=odom", "map_orientation:=z_up", "hfov:=70", ROS_NAMESPACE="left")
+
+    def test_a_video_that_cannot_be_read_ends_the_launch(self):
+        text = self.folder + "/text.avi"
+        with open(text, "w") as file:
+            file.write("not a video")
+        for video, words in ((self.folder + "/no_such.avi", "no such video: %s"), (text, "%s: cannot be opened as a video: expected")):
+            said = self.run_to_its_end("camera.launch", "rviz:=false", "video:=" + video)
+            self.assertEqual(said.count(words % video), 1, said)
+            self.assertNotIn("retrying", said)
 
 
 if __name__ == "__main__":
