@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """overview.html of track_sequence and the page of evaluate_trajectory --html, in headless Chromium where it is installed.
 PROGRAMS names the folder of the programs."""
+import base64
 import json
 import os
 import re
@@ -35,6 +36,12 @@ class PageTest(RunsOfARoom):
         driver.screenshot(self.path("page.png"))
         picture = cv2.imread(self.path("page.png"))[100:-100]
         self.assertGreater(len(numpy.unique(picture.reshape(-1, 3), axis=0)), 50)
+
+    def page_of(self, scene):
+        page = self.path("made.html")
+        with open(PAGE) as template, open(page, "w") as f:
+            f.write(template.read().replace("@SCENE@", json.dumps(scene).replace("<", "\\u003c")))
+        return page
 
     def name_after_click(self, driver, index):
         x, y = driver.run("return scenePage.screenOf(arguments[0])", index)
@@ -78,6 +85,25 @@ class PageTest(RunsOfARoom):
             self.expect_sound(driver)
 
     @unittest.skipUnless(browser.INSTALLED, NEEDED)
+    def test_the_first_view_holds_the_path_although_most_points_are_far(self):
+        scene = scene_of(os.path.join(self.tracked, "overview.html"))
+        near = numpy.frombuffer(base64.b64decode(scene["xyz"]), "<f4").reshape(-1, 3)
+        scene["xyz"] = base64.b64encode(numpy.concatenate([near, 200 * near, 210 * near, 220 * near]).tobytes()).decode()
+        scene["rgb"] *= 4
+        lengths = []
+        for page in (os.path.join(self.tracked, "overview.html"), self.page_of(scene)):
+            with browser.Browser() as driver:
+                driver.open(page)
+                width, height = driver.run("return [innerWidth, innerHeight]")
+                centres = numpy.array(driver.run("return scenePage.images.map(image => scenePage.screenOf(image.index))"))
+                self.assertGreater(centres.min(), 0)
+                self.assertLess(centres[:, 0].max(), width)
+                self.assertLess(centres[:, 1].max(), height)
+                lengths.append(numpy.ptp(centres, axis=0).max())
+                self.expect_drawn(driver)
+        self.assertGreater(lengths[1], 0.7 * lengths[0])
+
+    @unittest.skipUnless(browser.INSTALLED, NEEDED)
     def test_chromium_shows_an_evaluation(self):
         page = self.path("error.html")
         result = run_program("evaluate_trajectory", "--reference", self.truth, "--estimate",
@@ -105,11 +131,7 @@ class PageTest(RunsOfARoom):
         scene["rgb"] *= 100000 // points + 1
         scene["xyz"] *= 100000 // points + 1
         self.assertEqual(4 * len(scene["rgb"]), len(scene["xyz"]))
-        page = self.path("large.html")
-        with open(PAGE) as f:
-            text = f.read().replace("@SCENE@", json.dumps(scene).replace("<", "\\u003c"))
-        with open(page, "w") as f:
-            f.write(text)
+        page = self.page_of(scene)
         self.assertLess(os.path.getsize(page), 15e6)
         with browser.Browser() as driver:
             driver.open(page)
