@@ -8,9 +8,12 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include "bindings.h"
 #include "camera/camera_parameters.h"
+#include "io/byte_stream.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 
 namespace mono_pose_tracker {
@@ -66,18 +69,73 @@ CameraParameters camera_of_colmap_line(const std::string& path, const std::strin
   return camera;
 }
 
+/// The lines of cameras.txt for the content of cameras.bin.
+std::vector<std::string> lines_of_binary(std::string_view bytes) {
+  // By COLMAP's numbers of the models; a number of parameters is needed to pass over a camera.
+  static const std::vector<std::pair<const char*, int>> models = {{"SIMPLE_PINHOLE", 3},
+                                                                  {"PINHOLE", 4},
+                                                                  {"SIMPLE_RADIAL", 4},
+                                                                  {"RADIAL", 5},
+                                                                  {"OPENCV", 8},
+                                                                  {"OPENCV_FISHEYE", 8},
+                                                                  {"FULL_OPENCV", 12},
+                                                                  {"FOV", 5},
+                                                                  {"SIMPLE_RADIAL_FISHEYE", 4},
+                                                                  {"RADIAL_FISHEYE", 5},
+                                                                  {"THIN_PRISM_FISHEYE", 12}};
+  std::vector<std::string> lines;
+  ByteReader in(bytes);
+  for (std::uint64_t left = in.u64(); left > 0; --left) {
+    std::ostringstream line;
+    line.imbue(std::locale::classic());
+    line.precision(std::numeric_limits<double>::max_digits10);
+    line << in.u32();
+    const std::uint32_t model = in.u32();
+    if (model >= models.size())
+      throw std::runtime_error("camera model " + std::to_string(model) + ", expected 0 to 10");
+    line << ' ' << models[model].first;
+    for (int i = 0; i < 2; ++i) line << ' ' << in.u64();
+    for (int i = 0; i < models[model].second; ++i) line << ' ' << in.f64();
+    lines.push_back(line.str());
+  }
+  return lines;
+}
+
+std::vector<std::string> lines_of_colmap(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  if (!file || !(content << file.rdbuf())) {
+    throw std::runtime_error(path.string() +
+                             ": cannot be read: expected COLMAP's cameras.txt or cameras.bin");
+  }
+  if (path.extension() == ".bin") {
+    try {
+      return lines_of_binary(content.str());
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(path.string() + ": cannot be read as COLMAP's cameras.bin: " + error.what());
+    }
+  }
+  std::vector<std::string> lines;
+  std::istringstream text(content.str());
+  for (std::string line; std::getline(text, line);) {
+    if (!line.empty() && line[0] != '#') lines.push_back(line);
+  }
+  return lines;
+}
+
 CameraModel camera_of_colmap(const py::object& where, std::optional<long> id) {
   fs::path path = path_of(where);
   std::error_code ignored;
-  if (fs::is_directory(path, ignored)) path /= "cameras.txt";
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path.string() + ": cannot be read: expected COLMAP's cameras.txt");
+  if (fs::is_directory(path, ignored)) {
+    const bool is_binary =
+        !fs::exists(path / "cameras.txt", ignored) && fs::exists(path / "cameras.bin", ignored);
+    path /= is_binary ? "cameras.bin" : "cameras.txt";
+  }
   std::vector<std::string> lines;
-  for (std::string line; std::getline(file, line);) {
+  for (const std::string& line : lines_of_colmap(path)) {
     std::istringstream words(line);
     long found = 0;
-    if (line.empty() || line[0] == '#' || !(words >> found)) continue;
-    if (!id || *id == found) lines.push_back(line);
+    if ((words >> found) && (!id || *id == found)) lines.push_back(line);
   }
   if (lines.size() != 1) {
     throw std::runtime_error(path.string() + ": holds " + std::to_string(lines.size()) + " cameras" +
@@ -165,9 +223,10 @@ void bind_camera(py::module_& module) {
           },
           py::arg("width"), py::arg("height"), py::arg("hfov_deg"),
           "A camera without distortion, guessed from its horizontal field of view (degrees).")
-      .def_static("from_colmap", &camera_of_colmap, py::arg("path"), py::arg("camera_id") = py::none(),
-                  "Reads COLMAP's cameras.txt, or the one in a given folder. camera_id: needed if the file "
-                  "has several cameras.")
+      .def_static(
+          "from_colmap", &camera_of_colmap, py::arg("path"), py::arg("camera_id") = py::none(),
+          "Reads COLMAP's cameras.txt or cameras.bin, or the one in a given folder. camera_id: needed if "
+          "the file has several cameras.")
       .def(
           "project", &project, py::arg("points"),
           "Projects points (n, 3) in the camera frame to pixels (n, 2); NaN for points that are not in view.")

@@ -186,15 +186,15 @@ void bind_solvers(py::module_& module) {
              "Returns poses camera_from_map (k, 4, 4), k <= 4. x: (3, 2) normalised image coordinates or (3, "
              "3) bearings; points: (3, 3).");
   py::class_<PoseEstimate>(module, "PoseEstimate", "The result of a pose estimator.")
-      .def_readonly("success", &PoseEstimate::success)
+      .def_readonly("success", &PoseEstimate::success, "whether a pose was found")
       .def_property_readonly(
           "pose", [](const PoseEstimate& e) { return matrix_of(e.pose); },
           "(4, 4): second_from_first with a translation of length 1, or camera_from_map in the unit of the "
           "points; the identity if success is False")
       .def_property_readonly(
           "inliers", [](const PoseEstimate& e) { return flags_of(e.inliers); }, "(n,) of bool")
-      .def_readonly("num_inliers", &PoseEstimate::num_inliers)
-      .def_readonly("iterations", &PoseEstimate::iterations)
+      .def_readonly("num_inliers", &PoseEstimate::num_inliers, "number of inliers")
+      .def_readonly("iterations", &PoseEstimate::iterations, "number of samples that RANSAC drew")
       .def_readonly("score", &PoseEstimate::score, "MSAC, rad^2; smaller is better");
   const char* const ransac_text =
       " ransac: a dict of threshold (rad) or threshold_px (1 px by default, 0.003 rad without a camera), "

@@ -339,13 +339,15 @@ void bind_status(py::module_& module) {
             return matrix_of(*r.map_from_camera);
           },
           "map_from_camera (4, 4) in map units; None if the image has no pose")
-      .def_readonly("is_keyframe", &FrameReport::is_keyframe)
-      .def_readonly("features", &FrameReport::features)
-      .def_readonly("matches", &FrameReport::matches)
-      .def_readonly("inliers", &FrameReport::inliers)
-      .def_readonly("keyframes", &FrameReport::keyframes, "of the map")
-      .def_readonly("landmarks", &FrameReport::landmarks, "of the map")
-      .def_readonly("reprojection_rms_px", &FrameReport::reprojection_rms_px)
+      .def_readonly("is_keyframe", &FrameReport::is_keyframe,
+                    "whether the mapper takes the image as a keyframe")
+      .def_readonly("features", &FrameReport::features, "number of features in the image")
+      .def_readonly("matches", &FrameReport::matches, "number of features matched to landmarks")
+      .def_readonly("inliers", &FrameReport::inliers, "number of matches that agree with the pose")
+      .def_readonly("keyframes", &FrameReport::keyframes, "number of keyframes of the map")
+      .def_readonly("landmarks", &FrameReport::landmarks, "number of landmarks of the map")
+      .def_readonly("reprojection_rms_px", &FrameReport::reprojection_rms_px,
+                    "RMS of the inliers' reprojection errors, px")
       .def_readonly("epoch", &FrameReport::epoch, "counts maps")
       .def_readonly("map_id", &FrameReport::map_id, "id of the map that the pose is in; 0: no pose")
       .def("__repr__", [](const FrameReport& r) {
@@ -368,7 +370,7 @@ void bind_tracking(py::module_& module) {
       .def("reset", &LiveTracker::reset, "Drops the map.")
       .def("wait", &LiveTracker::wait, "Waits until the mapper has no work left.")
       .def_property_readonly(
-          "points", [](const LiveTracker& t) { return positions_of(t.points()); }, "(n, 3) in the map")
+          "points", [](const LiveTracker& t) { return positions_of(t.points()); }, "(n, 3) in map units")
       .def_property_readonly(
           "colours", [](const LiveTracker& t) { return colours_of(t.points()); }, "(n, 3), red first")
       .def_property_readonly(
@@ -384,7 +386,7 @@ void bind_tracking(py::module_& module) {
           "stamps", [](const Reconstruction& r) { return seconds_of(r.recorded.trajectory); }, "(n,) s")
       .def_property_readonly("indices", &Reconstruction::indices,
                              "indices of the registered images among all images")
-      .def_property_readonly("names", &Reconstruction::names, "of the registered images")
+      .def_property_readonly("names", &Reconstruction::names, "names of the registered images")
       .def_property_readonly(
           "points", [](const Reconstruction& r) { return positions_of(r.points); }, "(m, 3) in map units")
       .def_property_readonly(
@@ -408,7 +410,7 @@ void bind_tracking(py::module_& module) {
           "excluded images and missing masks, one line each")
       .def_property_readonly(
           "frames_total", [](const Reconstruction& r) { return r.recorded.frames_total; },
-          "number of readable images");
+          "number of readable images, registered or not");
   module.def(
       "reconstruct", &reconstruct, py::arg("images"), py::arg("camera"), py::arg("masks") = py::none(),
       py::arg("options") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),

@@ -1,9 +1,14 @@
 #!/usr/bin/python3
 """The Python module pymonopose. PROGRAMS names the folder of the programs, beside which the module lies."""
+import contextlib
 import gc
+import io
 import os
 import re
+import shutil
+import struct
 import sys
+import textwrap
 import threading
 import time
 import unittest
@@ -23,7 +28,8 @@ try:
     import pymonopose
 except ImportError:
     pymonopose = None
-STUBS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "python", "pymonopose.pyi")
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+STUBS, PAGE = os.path.join(ROOT, "src", "python", "pymonopose.pyi"), os.path.join(ROOT, "doc", "python.md")
 
 
 def turned(axis, angle):
@@ -138,6 +144,20 @@ class ModuleTest(RunsOfARoom):
         first = pymonopose.Camera.from_colmap(self.path(), camera_id=1)
         self.assertEqual((first.width, first.matrix[0, 2], first.distortion[:4]), (640, 320, [-0.1, 0.02, 0.001, 0.002]))
         self.assertEqual(pymonopose.Camera.from_colmap(self.path(), 2).distortion[0], 0.1)
+        binary = self.path("binary")
+        os.mkdir(binary)
+        content = struct.pack("<QIIQQ8d", 2, 1, 4, 640, 480, 500, 510, 320.5, 240.5, -0.1, 0.02, 0.001, 0.002)
+        content += struct.pack("<IIQQ4d", 2, 2, 64, 48, 50, 32.5, 24.5, 0.1)
+        with open(os.path.join(binary, "cameras.bin"), "wb") as f:
+            f.write(content)
+        for camera_id in (1, 2):
+            self.assertEqual(repr(pymonopose.Camera.from_colmap(binary, camera_id)),
+                             repr(pymonopose.Camera.from_colmap(self.path(), camera_id)))
+        for damaged, text in ((content[:-1], "none.bin: .* is truncated"), (content[:12] + b"\x63" + content[13:], "none.bin: .*camera model 99, expected")):
+            with open(self.path("none.bin"), "wb") as f:
+                f.write(damaged)
+            with self.assertRaisesRegex(RuntimeError, text):
+                pymonopose.Camera.from_colmap(self.path("none.bin"))
         for wrong in (lambda: pymonopose.Camera.from_yaml(self.path("none.yaml")),
                       lambda: pymonopose.Camera.from_colmap(self.path("none.txt"))):
             with self.assertRaisesRegex(RuntimeError, "none"):
@@ -311,6 +331,38 @@ class ModuleTest(RunsOfARoom):
             result.append(pose_of(rotation, [float(v) for v in row[1:4]]))
         return numpy.array(result)
 
+    def test_the_examples_of_the_page_run(self):
+        """Where they stand: images/ and camera.yaml of the room, a folder of images in place of the webcam."""
+        with open(PAGE) as f:
+            blocks = re.findall(r"(?m)((?:^    .*\n)+)", f.read())
+        self.assertEqual(len(blocks), 4)
+        os.symlink(self.images, self.path("images"))
+        shutil.copy(self.camera, self.path("camera.yaml"))
+        with open(self.path("groundtruth.txt"), "w") as f:
+            f.writelines(" ".join([str(i)] + row[1:]) + "\n" for i, row in enumerate(rows(self.truth)))
+        camera_from_map = pose_of(numpy.eye(3), [0.2, -0.1, 0.3])
+        points = numpy.random.default_rng(5).uniform((-2, -2, 4), (2, 2, 8), (50, 3))
+        names = {"points": points}
+        for name, shift in (("pixels1", numpy.zeros(3)), ("pixels2", camera_from_map[:3, 3])):
+            names[name] = 500 * (points + shift)[:, :2] / (points + shift)[:, 2:] + (320, 240)
+        before = os.getcwd()
+        os.chdir(self.folder.name)
+        try:
+            printed = io.StringIO()
+            with contextlib.redirect_stdout(printed):
+                for block in blocks:
+                    code = textwrap.dedent(block)
+                    code = code.replace("VideoCapture(0)", "VideoCapture(%r)" % ("images/%06d" + os.path.splitext(self.names[0])[1]))
+                    exec(compile(code, PAGE, "exec"), names)
+        finally:
+            os.chdir(before)
+        lines = printed.getvalue().splitlines()
+        self.assertIn("confirmed (%d, 4, 4)" % len(self.names), lines[0])
+        self.assertEqual(len([line for line in lines if line.startswith(("BOOTSTRAPPING", "TRACKING", "LOST"))]), len(self.names))
+        self.assertEqual(names["relative"].inliers.sum(), len(points))
+        numpy.testing.assert_allclose(names["absolute"].pose, camera_from_map, atol=1e-6)
+        self.assertLess(float(lines[-1]), 0.5)
+
     def test_stubs_and_docstrings_name_all(self):
         with open(STUBS) as f:
             stubs = f.read()
@@ -323,6 +375,7 @@ class ModuleTest(RunsOfARoom):
                 (own,) = [text for text in part if re.match(r"class %s:" % name, text)]
                 for member in (m for m in vars(thing) if not m.startswith("_")):
                     self.assertRegex(own, r"def %s\(" % member, name)
+                    self.assertTrue(getattr(thing, member).__doc__, member)
 
 
 if __name__ == "__main__":
