@@ -25,7 +25,7 @@ inline std::string why_no_image_topic(const std::string& wanted, std::size_t num
                                       const std::string& names) {
   if (number == 0) {
     return (wanted.empty() ? "has no image topic" : "has no images on " + wanted + ", nor any image topic") +
-           " (compressedDepth is ignored)";
+           " (compressedDepth is ignored): expected messages of the type Image or CompressedImage";
   }
   if (!wanted.empty()) return "has no images on " + wanted + ": expected one of its image topics: " + names;
   return "has " + std::to_string(number) + " image topics: choose one with --image-topic: " + names;

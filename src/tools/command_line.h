@@ -72,6 +72,9 @@ int run_command_line(const char* program, CLI::App& app, int argc, char** argv, 
     std::fprintf(
         stderr, "%s: %s\n", program,
         one_line(unknown.empty() ? e.what() : unknown.front() + " is not an option; " + e.what()).c_str());
+  } catch (const CLI::ExtrasError&) {
+    std::fprintf(stderr, "%s: %s is not an option: expected one of those that --help lists\n", program,
+                 one_line(app.remaining().front()).c_str());
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);
     std::fprintf(stderr, "%s: %s\n", program, one_line(e.what()).c_str());

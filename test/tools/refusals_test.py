@@ -73,7 +73,7 @@ class Refusals(RunsOfARoom):
         self.expect_refused([self.path("no_frames.avi")], *camera, "--video", self.path("no_frames.avi"))
         self.expect_refused(["a?b.yaml"], "--images", self.list, "--camera", "a\nb.yaml")
         self.expect_refused(["--hfov", "nan"], "--images", self.list, "--hfov", "nan")
-        self.expect_refused(["--nonsense"], *camera, "--images", self.list, "--nonsense")
+        self.expect_refused(["--nonsense is not an option: expected one of those that --help lists"], *camera, "--images", self.list, "--nonsense")
         os.mkdir(self.path("listed"))
         shutil.copy(self.list, self.path("listed", "images.txt"))
         self.expect_refused([self.path("listed", "images.txt")], *camera, "--images", self.path("listed"))
