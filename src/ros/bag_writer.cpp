@@ -1,5 +1,6 @@
 #include "ros/bag_writer.h"
 
+#include <console_bridge/console.h>
 #include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
@@ -25,6 +26,10 @@ std_msgs::Header header_of(std::int64_t stamp_ns) {
   return header;
 }
 
+/// Leaves a bag that can't be closed: its destructor would close it again, and end the process by what that
+/// throws. At the exit class_loader 2.8 would warn of the plugin that the bag holds.
+void leave(rosbag::Bag*) { console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_ERROR); }
+
 }  // namespace
 
 void require_message_stamp(const std::string& of_what, std::int64_t stamp_ns) {
@@ -39,7 +44,7 @@ void BagWriter::EndBag::operator()(rosbag::Bag* bag) const {
     bag->close();
     delete bag;
   } catch (const std::exception&) {
-    // It stays: its own destructor would close it again, and end the process by what that throws.
+    leave(bag);
   }
 }
 
@@ -95,7 +100,7 @@ void BagWriter::close() {
   try {
     bag_->close();
   } catch (const rosbag::BagException& error) {
-    static_cast<void>(bag_.release());  // half closed: it must not be touched again, see EndBag
+    leave(bag_.release());
     throw std::runtime_error(path_ + ": cannot be written (" + error.what() + ")");
   }
 }
