@@ -40,6 +40,7 @@ TEST(So3, NoTurnIsTheIdentity) {
   EXPECT_TRUE(exp_so3({1e-320, 0, 0}).coeffs().allFinite());
 }
 
+// Two-sided quantiles of Abramowitz and Stegun, table 26.10.
 TEST(BinomialTail, IsExact) {
   EXPECT_NEAR(binomial_tail(8, 56, 1.0 / 20), 1.0 / 154, 1e-4);
   EXPECT_EQ(binomial_tail(0, 5, 0.5), 1);
@@ -56,6 +57,8 @@ TEST(StudentTail, IsExact) {
   EXPECT_NEAR(student_tail(3.5272, 21), 0.001, 1e-5);
   EXPECT_EQ(student_tail(0, 7), 0.5);
   EXPECT_GE(student_tail(1e6, 40), 0);
+  EXPECT_NEAR(student_quantile(0.001, 1), 636.62, 0.01);
+  EXPECT_NEAR(student_quantile(0.05, 15), 2.131, 1e-3);
 }
 
 }  // namespace
