@@ -400,6 +400,7 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
   double width = loss_width_by_spread(options.loss_width, residual_lengths(start, problem));
   if (!solve(options, calibrating, kFocal, width, &problem)) return result;
   result.focal_asked = calibrating.moved(problem.step).fx / camera.fx - 1;
+  result.focal_asked_sigma = sigmas(marginal_information(calibrating, width, problem), kFocal)[0];
 
   // What is known is asked where all fits best: a distortion that nobody told of is no noise.
   Problem at = problem;

@@ -36,6 +36,7 @@ struct CameraRefinement {
   double focal_sigma = std::numeric_limits<double>::infinity();
   double focal_change = 0;  // relative: what came out over what was given, less 1
   double focal_asked = 0;   // as focal_change, of the focal length alone; whether it is observable or not
+  double focal_asked_sigma = std::numeric_limits<double>::infinity();  // its standard deviation
   /// Change of the radial distortion, whether observable or not: shift of the image corners beyond that of a
   /// change of focal length [px], with one standard deviation.
   double distortion_asked_px = 0;

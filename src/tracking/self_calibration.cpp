@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "common/statistics.h"
 #include "common/text.h"
 
 namespace mono_pose_tracker {
@@ -31,28 +33,44 @@ CameraParameters between(const CameraParameters& a, CameraParameters b) {
 // refinement.
 double change_asked(const CameraRefinement& r) { return r.focal_observable ? r.focal_change : r.focal_asked; }
 
-// The parameter suggested by the images, and its standard deviation.
-struct Asked {
-  double change = 0, sigma = 0;
-};
+using EstimateOf = std::function<EstimatedChange(const CameraRefinement&)>;
 
-Asked focal_asked(const CameraRefinement& r) { return {change_asked(r), r.focal_sigma}; }
+EstimatedChange focal_estimate(const CameraRefinement& r) { return {r.focal_asked, r.focal_asked_sigma}; }
 
-Asked distortion_asked(const CameraRefinement& r) { return {r.distortion_asked_px, r.distortion_sigma_px}; }
+EstimatedChange distortion_estimate(const CameraRefinement& r) {
+  return {r.distortion_asked_px, r.distortion_sigma_px};
+}
 
-// Whether all parts of the recording suggest the same change: a wrong camera does, a non-rigid object such as
-// a talking face does not.
-bool is_asked_by_all_parts(CameraRefinementOptions options, const CalibrationDoubtOptions& limits,
-                           const CameraParameters& camera, const Map& map,
-                           const std::function<Asked(const CameraRefinement&)>& asked_by, double change) {
-  for (const double begin : {0.0, 0.25, 0.5}) {
-    options.begin = begin;
-    options.end = begin + 0.5;
-    const Asked asked = asked_by(refine_camera(options, camera, map));
-    const bool tells = limits.telling_sigmas * asked.sigma < std::abs(change);
-    if (tells && asked.change / change < limits.least_of_change) return false;
+// Estimates from parts of the recording, each by itself; those that determine a change of this size.
+std::vector<EstimatedChange> estimates_of_parts(CameraRefinementOptions options,
+                                                const CalibrationDoubtOptions& limits,
+                                                const CameraParameters& camera, const Map& map,
+                                                const EstimateOf& estimate_of, double change, int count) {
+  options.least_focal_change = options.least_distortion_px = std::numeric_limits<double>::infinity();
+  options.max_landmarks = std::min(options.max_landmarks, limits.landmarks);
+  std::vector<EstimatedChange> parts;
+  for (int i = 0; i < count; ++i) {
+    options.begin = static_cast<double>(i) / count;
+    options.end = (i + 1.0) / count;
+    const EstimatedChange part = estimate_of(refine_camera(options, camera, map));
+    if (part.sigma < std::abs(change)) parts.push_back(part);
   }
-  return true;
+  return parts;
+}
+
+// Whether the images show a change beyond the tolerated one.
+bool is_shown(const CameraRefinementOptions& options, const CalibrationDoubtOptions& limits,
+              const CameraParameters& camera, const Map& map, const EstimateOf& estimate_of,
+              const EstimatedChange& whole, double tolerated) {
+  const int keyframes = std::min(static_cast<int>(map.keyframes().size()), options.max_keyframes);
+  std::vector<EstimatedChange> parts;
+  for (int count = std::min(limits.max_parts, keyframes / limits.part_keyframes); count >= limits.min_parts;
+       count /= 2) {
+    std::vector<EstimatedChange> these =
+        estimates_of_parts(options, limits, camera, map, estimate_of, whole.change, count);
+    if (these.size() > parts.size()) parts = std::move(these);
+  }
+  return exceeds(whole, parts, tolerated, limits);
 }
 
 // Relative contradiction between images and focal length; 0 where there is none, or none that is significant.
@@ -60,8 +78,10 @@ double contradiction(const CameraRefinementOptions& options, const CalibrationDo
                      const CameraParameters& camera, const Map& map, const CameraRefinement& r,
                      double least_change) {
   const double change = change_asked(r);
-  const bool is_clear = std::abs(change) >= std::max(least_change, limits.min_focal_sigmas * r.focal_sigma);
-  return is_clear && is_asked_by_all_parts(options, limits, camera, map, focal_asked, change) ? change : 0;
+  const bool is_clear =
+      std::abs(change) >= least_change && change * r.focal_asked > 0 &&
+      is_shown(options, limits, camera, map, focal_estimate, focal_estimate(r), limits.tolerated_change);
+  return is_clear ? change : 0;
 }
 
 // Displacement of the image corners by distortion, beyond that of the points half way to them [px]; 0 for a
@@ -77,17 +97,18 @@ double corner_distortion_px(const CameraModel& camera) {
   return (corner - center).norm() - 2 * (half - center).norm();
 }
 
-double least_distortion_px(const CalibrationDoubtOptions& limits, const CameraParameters& camera) {
-  return limits.min_distortion_share * 0.5 * std::hypot(camera.width, camera.height);
+double half_diagonal_px(const CameraParameters& camera) {
+  return 0.5 * std::hypot(camera.width, camera.height);
 }
 
 std::string doubt_of_distortion(const CameraRefinementOptions& options, const CalibrationDoubtOptions& limits,
                                 const CameraParameters& camera, const Map& map, const CameraRefinement& r) {
   const double change = r.distortion_asked_px;
-  if (!(std::abs(change) >=
-        std::max(least_distortion_px(limits, camera), limits.min_distortion_sigmas * r.distortion_sigma_px)))
+  const double reach = half_diagonal_px(camera);
+  if (std::abs(change) < limits.min_distortion_share * reach ||
+      !is_shown(options, limits, camera, map, distortion_estimate, distortion_estimate(r),
+                limits.tolerated_change * reach))
     return "";
-  if (!is_asked_by_all_parts(options, limits, camera, map, distortion_asked, change)) return "";
   const double given = corner_distortion_px(CameraModel(camera));
   const bool looks_rectified = std::abs(given + change) < limits.left_of_rectified * std::abs(given);
   return formatted(
@@ -301,13 +322,27 @@ SelfCalibration calibrate_by_tracking(const CameraParameters& start, Calibration
   return Calibrator(start, source, options, track, limits).run();
 }
 
+bool exceeds(const EstimatedChange& whole, const std::vector<EstimatedChange>& parts, double tolerated,
+             const CalibrationDoubtOptions& limits) {
+  if (parts.size() < 2) return false;
+  double sum = limits.usual_scatter * limits.usual_scatter;
+  for (const EstimatedChange& part : parts) {
+    const double difference = (part.change - whole.change) / part.sigma;
+    sum += difference * difference;
+  }
+  const int degrees_of_freedom = static_cast<int>(parts.size());  // one of the usual scatter, less one
+  const double sigma = whole.sigma * std::sqrt(std::max(1.0, sum / degrees_of_freedom));
+  return std::abs(whole.change) >
+         tolerated + student_quantile(limits.significance, degrees_of_freedom) * sigma;
+}
+
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map, const CalibrationDoubtOptions& limits) {
   // Of all parameters together the images may ask for more than of the focal length alone.
   CameraRefinementOptions first = options;
   first.least_focal_change = 0.5 * limits.min_focal_change;
   first.max_landmarks = std::min(first.max_landmarks, limits.landmarks);
-  first.least_distortion_px = least_distortion_px(limits, camera);
+  first.least_distortion_px = limits.min_distortion_share * half_diagonal_px(camera);
   const CameraRefinement r = refine_camera(first, camera, map);
   const std::string doubt = doubt_of_distortion(options, limits, camera, map, r);
   if (!doubt.empty()) return doubt;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -26,24 +27,24 @@ struct SelfCalibration {
   int runs = 0;
 };
 
-/// When a calibration is reported as wrong.
+/// When a calibration is reported as wrong. Changes of the focal length are relative, those of the distortion
+/// are displacements of the image corners as a share of their distance from the centre.
 struct CalibrationDoubtOptions {
-  /// Minimum relative change of the focal length. On parts of recordings the images suggest focal lengths up
-  /// to 6 % off a right calibration: rolling shutter and unmodelled distortion affect all features in common,
-  /// which the covariance does not contain. A stabiliser's crop, zoom, binning or another camera's file are
-  /// off by more.
-  double min_focal_change = 0.1;
-  double min_focal_sigmas = 10;
-  int landmarks = 60;  // of each keyframe: enough to show such a change
-  /// Minimum displacement of the image corners by the refinement, as a share of their distance from the
-  /// centre. On parts of recordings right calibrations are off by up to 2.7 %; distortion that is corrected
-  /// twice, or not at all, by 10 % or more.
-  double min_distortion_share = 0.05;
-  double min_distortion_sigmas = 10;   // as for the focal length
+  /// Share of right calibrations that are reported as wrong, of focal lengths and of distortions; in (0, 1).
+  double significance = 1e-3;
+  /// Error of a right calibration: focusing changes the focal length by one or two per cent.
+  double tolerated_change = 0.02;
+  /// Least change that is reported: smaller ones hardly distort the path.
+  double min_focal_change = 0.05, min_distortion_share = 0.05;
+  int landmarks = 60;      // of each keyframe: enough to show such a change
+  int part_keyframes = 3;  // least of a part of the recording: points need three views
+  /// Parts of the recording: as many as there can be, or half as many again and again where more of them
+  /// determine the change. With more than 16, Student's t is nearly normal; of two it exceeds 600.
+  int max_parts = 16, min_parts = 3;
+  /// Ratio of the scatter between parts to the covariance's, before a recording shows its own: the median of
+  /// 70 maps from 11 recordings (4 to 16 parts). It counts as one part.
+  double usual_scatter = 2.35;
   double left_of_rectified = 1.0 / 3;  // most of the calibration's distortion that rectified images have
-  double telling_sigmas = 3;           // a part of the recording contradicts the calibration only where it
-                                       // can determine it this well,
-  double least_of_change = 0.5;        // and suggests less than this share of the change
 };
 
 /// When the camera has converged. Changes of the focal length are relative.
@@ -70,6 +71,22 @@ struct SelfCalibrationOptions {
 SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
                                       const CameraRefinementOptions& options, const TrackWithCamera& track,
                                       const SelfCalibrationOptions& limits = {});
+
+/// Estimated change of a parameter, with its standard deviation by the covariance.
+struct EstimatedChange {
+  double change = 0, sigma = std::numeric_limits<double>::infinity();
+};
+
+/// Whether an estimate from the whole recording exceeds the tolerated change in magnitude. The covariance
+/// takes the errors of all observations for independent. Errors along a track or within a part of the
+/// recording are not: features drift, an image is blurred, a lens or an object is not as modelled. Estimates
+/// from separate parts then differ from that of the whole by more than their covariances. The mean square
+/// of these differences multiplies the variance (Birge, Phys. Rev. 40, 1932; quasi-likelihood: Wedderburn,
+/// Biometrika 61, 1974), together with the usual one (moderated t: Smyth, Stat. Appl. Genet. Mol. Biol. 3,
+/// 2004): the quotient has Student's distribution. False for less than two parts. An error that all parts
+/// have in common must be tolerated.
+bool exceeds(const EstimatedChange& whole, const std::vector<EstimatedChange>& parts, double tolerated,
+             const CalibrationDoubtOptions& limits);
 
 /// A message for the user where a map contradicts the calibration with which it was made; else empty. Names
 /// the distortion where it is the likely cause: rectified images that are undistorted again.
