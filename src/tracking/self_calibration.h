@@ -42,7 +42,7 @@ struct CalibrationDoubtOptions {
   /// determine the change. With more than 16, Student's t is nearly normal; of two it exceeds 600.
   int max_parts = 16, min_parts = 3;
   /// Ratio of the scatter between parts to the covariance's, before a recording shows its own: the median of
-  /// 70 maps from 11 recordings (4 to 16 parts). It counts as one part.
+  /// 70 maps from 10 recordings (4 to 16 parts). It counts as one part.
   double usual_scatter = 2.35;
   double left_of_rectified = 1.0 / 3;  // most of the calibration's distortion that rectified images have
 };
