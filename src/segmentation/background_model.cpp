@@ -8,12 +8,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Grey levels: lower limit of the noise. Sensors have 8 bits, and a few images may show no noise at all.
-constexpr float kMinSigma = 1.0f;
-// Grey levels: upper limit of the noise. Larger deviations are objects that passed during learning.
-constexpr float kMaxSigma = 12.0f;
-constexpr float kMadToSigma = 1.4826f;
-
 // The upper median of a few values, which are reordered.
 float median_of(std::vector<float>* values) {
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
@@ -37,7 +31,8 @@ void BackgroundModel::learn(const std::vector<cv::Mat>& images) {
       for (std::size_t i = 0; i < images.size(); ++i) values[i] = rows[i][x];
       mean[x] = median_of(&values);
       for (float& v : values) v = std::abs(v - mean[x]);
-      sigma[x] = std::clamp(kMadToSigma * median_of(&values), kMinSigma, kMaxSigma);
+      const float sigma_of_mad = 1.4826F * median_of(&values);  // of normal noise
+      sigma[x] = std::clamp(sigma_of_mad, options_.min_sigma, options_.max_sigma);
     }
   }
   // A dozen values do not determine one pixel's noise, but its neighbours have similar noise.
@@ -46,32 +41,28 @@ void BackgroundModel::learn(const std::vector<cv::Mat>& images) {
 
 void BackgroundModel::learn(const cv::Mat& image, double sigma) {
   image.convertTo(mean_, CV_32F);
-  sigma_ = cv::Mat(mean_.size(), mean_.type(), cv::Scalar::all(std::max<double>(sigma, kMinSigma)));
+  sigma_ = cv::Mat(mean_.size(), mean_.type(), cv::Scalar::all(std::max<double>(sigma, options_.min_sigma)));
 }
 
 // Ratio of the model's to the image's brightness, the median over likely background.
 float BackgroundModel::exposure_gain(const cv::Mat& image, const cv::Mat& outside) const {
-  constexpr int kStep = 4;         // px: a sixteenth of the pixels tell as much
-  constexpr float kTooDark = 10;   // grey levels: below, the ratio is noise
-  constexpr float kClipped = 250;  // grey levels: above, the sensor may be at its end
   const int channels = image.channels();
   std::vector<float> ratios;
-  for (int y = 0; y < image.rows; y += kStep) {
-    for (int x = 0; x < image.cols; x += kStep) {
+  for (int y = 0; y < image.rows; y += options_.exposure_step) {
+    for (int x = 0; x < image.cols; x += options_.exposure_step) {
       if (!outside.empty() && outside.at<std::uint8_t>(y, x) == 0) continue;
       float seen = 0, expected = 0;
       for (int c = 0; c < channels; ++c) {
         seen += image.ptr<std::uint8_t>(y)[x * channels + c];
         expected += mean_.ptr<float>(y)[x * channels + c];
       }
-      if (std::min(seen, expected) > kTooDark * static_cast<float>(channels) &&
-          std::max(seen, expected) < kClipped * static_cast<float>(channels)) {
+      if (std::min(seen, expected) > options_.too_dark * static_cast<float>(channels) &&
+          std::max(seen, expected) < options_.clipped * static_cast<float>(channels)) {
         ratios.push_back(expected / seen);
       }
     }
   }
-  constexpr std::size_t kEnough = 50;  // ratios: fewer and the median may lie on something else
-  return ratios.size() < kEnough ? 1.f : std::clamp(median_of(&ratios), 0.5f, 2.f);
+  return ratios.size() < options_.min_exposure_ratios ? 1.f : std::clamp(median_of(&ratios), 0.5f, 2.f);
 }
 
 cv::Mat BackgroundModel::foreground(const cv::Mat& image, const cv::Mat& outside) const {
@@ -99,7 +90,7 @@ cv::Mat BackgroundModel::foreground(const cv::Mat& image, const cv::Mat& outside
 
 // Ratio of actual to expected brightness, by windows.
 cv::Mat BackgroundModel::brightness_ratio(const cv::Mat& image, float gain) const {
-  constexpr int kWindow = 5;  // px: texture and noise even out
+  const cv::Size window(options_.shadow_window, options_.shadow_window);
   const int channels = image.channels();
   cv::Mat seen(image.size(), CV_32FC1), expected(image.size(), CV_32FC1);
   for (int y = 0; y < image.rows; ++y) {
@@ -115,8 +106,8 @@ cv::Mat BackgroundModel::brightness_ratio(const cv::Mat& image, float gain) cons
       }
     }
   }
-  cv::boxFilter(seen, seen, CV_32F, {kWindow, kWindow});
-  cv::boxFilter(expected, expected, CV_32F, {kWindow, kWindow});
+  cv::boxFilter(seen, seen, CV_32F, window);
+  cv::boxFilter(expected, expected, CV_32F, window);
   return seen / cv::max(expected, 1.f);
 }
 
@@ -124,15 +115,14 @@ cv::Mat BackgroundModel::brightness_ratio(const cv::Mat& image, float gain) cons
 // edge have the dimming of neither side.
 bool BackgroundModel::is_dimmed(const std::uint8_t* pixel, float gain, const cv::Mat& ratio, int y,
                                 int x) const {
-  constexpr int kShift = 3;  // px: half a window and a soft edge
-  constexpr int kShifts[5][2] = {
-      {0, 0}, {-kShift, -kShift}, {-kShift, kShift}, {kShift, -kShift}, {kShift, kShift}};
+  const int by = options_.shadow_shift;
+  const int shifts[5][2] = {{0, 0}, {-by, -by}, {-by, by}, {by, -by}, {by, by}};
   const int channels = mean_.channels();
   const float* mean = mean_.ptr<float>(y) + x * channels;
   const float* sigma = sigma_.ptr<float>(y) + x * channels;
   const auto sigmas = static_cast<float>(options_.sigmas),
              least = static_cast<float>(options_.min_difference);
-  for (const auto& shift : kShifts) {
+  for (const auto& shift : shifts) {
     const int v = std::clamp(y + shift[0], 0, ratio.rows - 1),
               u = std::clamp(x + shift[1], 0, ratio.cols - 1);
     const float r = ratio.at<float>(v, u);
@@ -148,8 +138,7 @@ bool BackgroundModel::is_dimmed(const std::uint8_t* pixel, float gain, const cv:
 
 // In a shadow the background keeps its texture and is dimmed by a constant share.
 void BackgroundModel::remove_shadows(const cv::Mat& image, float gain, cv::Mat* foreground) const {
-  constexpr int kWindow = 5;        // px
-  constexpr float kMostFit = 0.8f;  // share of the window: an object looks dimmed here and there by chance
+  const cv::Size window(options_.shadow_window, options_.shadow_window);
   const cv::Mat ratio = brightness_ratio(image, gain);
   cv::Mat background = ~*foreground;
   for (int y = 0; y < image.rows; ++y) {
@@ -161,8 +150,8 @@ void BackgroundModel::remove_shadows(const cv::Mat& image, float gain, cv::Mat* 
     }
   }
   cv::Mat share;
-  cv::boxFilter(background, share, CV_32F, {kWindow, kWindow});
-  foreground->setTo(0, background & (share >= 255 * kMostFit));
+  cv::boxFilter(background, share, CV_32F, window);
+  foreground->setTo(0, background & (share >= 255 * options_.min_shadow_share));
 }
 
 cv::Mat BackgroundModel::with_exposure_of_model(const cv::Mat& image, const cv::Mat& outside) const {
@@ -197,19 +186,12 @@ void BackgroundModel::update(const cv::Mat& image, const cv::Mat& outside) {
   }
 }
 
-namespace {
-
-// An object's outline is found to a pixel at this width, and the work stays at 2 ms.
-constexpr int kReducedWidth = 320;
-
-}  // namespace
-
-cv::Mat reduced(const cv::Mat& image) {
-  if (image.cols <= kReducedWidth) return image;
+cv::Mat reduced(const cv::Mat& image, int working_width) {
+  if (image.cols <= working_width) return image;
   const int height =
-      std::max(1, static_cast<int>(std::lround(1.0 * image.rows * kReducedWidth / image.cols)));
+      std::max(1, static_cast<int>(std::lround(1.0 * image.rows * working_width / image.cols)));
   cv::Mat small;
-  cv::resize(image, small, {kReducedWidth, height}, 0, 0, cv::INTER_AREA);
+  cv::resize(image, small, {working_width, height}, 0, 0, cv::INTER_AREA);
   return small;
 }
 
@@ -234,7 +216,12 @@ cv::Mat gray_of(const cv::Mat& image) {
 }
 
 BackgroundModelOptions model_options(const SegmentationOptions& options) {
-  return {options.background_sigmas, options.background_min_difference, options.shadow, options.update_rate};
+  BackgroundModelOptions model;
+  model.sigmas = options.background_sigmas;
+  model.min_difference = options.background_min_difference;
+  model.shadow = options.shadow;
+  model.update_rate = options.update_rate;
+  return model;
 }
 
 }  // namespace mono_pose_tracker

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -8,11 +9,34 @@
 
 namespace mono_pose_tracker {
 
+/// Grey levels are in [0, 255]; lengths are in px of the images given, which are reduced to 320 px width.
 struct BackgroundModelOptions {
   double sigmas = 5;          // see SegmentationOptions
-  double min_difference = 8;  // grey levels of 255
+  double min_difference = 8;  // grey levels
   double shadow = 0.5;
   double update_rate = 0.02;
+
+  // Noise of a pixel, grey levels.
+  float min_sigma = 1;   // sensors have 8 bits, and a few images may show no noise at all
+  float max_sigma = 12;  // larger deviations are objects that passed during learning
+
+  // Exposure, the median ratio of brightnesses.
+  int exposure_step = 4;                 // px between the compared pixels: a sixteenth of them is as accurate
+  float too_dark = 10;                   // grey levels: below, the ratio is noise
+  float clipped = 250;                   // grey levels: above, the sensor may be saturated
+  std::size_t min_exposure_ratios = 50;  // with fewer the median may be that of an object
+
+  // Shadows.
+  int shadow_window = 5;          // px: texture and noise average out
+  int shadow_shift = 3;           // px to the windows beside a pixel: half a window and a soft edge
+  float min_shadow_share = 0.8F;  // of the window's pixels: by chance, single pixels of an object look dimmed
+};
+
+/// Radii for masks, in px of the reduced image.
+struct MaskRadii {
+  int opening = 1;      // removes specks of noise
+  int closing = 4;      // bridges places where the object resembles the background
+  int motion_blur = 5;  // by which the object may extend beyond its mask; the background is not learnt there
 };
 
 /// Model of a static background, a Gaussian per pixel and channel. Images are CV_8UC1 or CV_8UC3, all of one
@@ -56,15 +80,9 @@ class BackgroundModel {
   cv::Mat sigma_;  // the same
 };
 
-// px of the reduced image. Opening removes specks of noise; closing bridges places where the object resembles
-// the background.
-constexpr int kOpeningRadius = 1;
-constexpr int kClosingRadius = 4;
-// px of the reduced image by which motion blur may extend the object.
-constexpr int kUpdateRadius = 5;
-
-/// The image at the working width, at most 320 px.
-cv::Mat reduced(const cv::Mat& image);
+/// The image at the working width [px], at most 320: an object's outline is found to a pixel at this width,
+/// and the work stays at 2 ms.
+cv::Mat reduced(const cv::Mat& image, int working_width = 320);
 
 /// A mask of a reduced image at full size.
 cv::Mat enlarged(const cv::Mat& mask, const cv::Size& size);

@@ -11,35 +11,13 @@
 namespace mono_pose_tracker {
 namespace {
 
-// px of the reduced image: after this displacement most pixels of a fine texture have changed.
-constexpr float kStillPath = 3;
-// Grey levels within a window of the reduced image: three times what counts as a change.
-constexpr int kTextureWindow = 5;
-constexpr double kMinTexture = 24;
-// An edge along its own direction of motion looks static: most of the texture around a static pixel must be
-// static too.
-constexpr int kAgreeWindow = 9;
-constexpr float kMinAgree = 0.7f;
-// px of the reduced image around a feature of the object; pixels beyond are background.
-constexpr float kObjectReach = 24;
-// px of the reduced image: minimal distance from the object's features at which background is learnt,
-// textured or not.
-constexpr float kObjectClear = 10;
-// The camera has moved when more than this share of the known background vanishes within a few images; an
-// approaching object takes longer to hide as much.
-constexpr double kLostShare = 0.7;
-constexpr int kLostImages = 5;
-// Smallest share of the object's features in a component of the foreground that belongs to the object.
-constexpr double kComponentShare = 0.1;
-// Grey levels: noise of a webcam at half its size.
-constexpr double kSigma = 1.6;
-
-cv::Mat texture_of(const cv::Mat& image) {
-  const cv::Mat gray = gray_of(image), window = cv::Mat::ones(kTextureWindow, kTextureWindow, CV_8U);
+cv::Mat texture_of(const cv::Mat& image, const MotionMaskOptions& thresholds) {
+  const cv::Mat gray = gray_of(image);
+  const cv::Mat window = cv::Mat::ones(thresholds.texture_window, thresholds.texture_window, CV_8U);
   cv::Mat high, low;
   cv::dilate(gray, high, window);
   cv::erode(gray, low, window);
-  return high - low > kMinTexture;
+  return high - low > thresholds.min_texture;
 }
 
 cv::Mat distance_to(const std::vector<cv::Point>& points, const cv::Mat& pixels, const cv::Size& size) {
@@ -53,10 +31,10 @@ cv::Mat distance_to(const std::vector<cv::Point>& points, const cv::Mat& pixels,
 
 }  // namespace
 
-MotionMask::MotionMask(const SegmentationOptions& options)
-    : options_(options), background_(model_options(options)) {}
+MotionMask::MotionMask(const SegmentationOptions& options, const MotionMaskOptions& thresholds)
+    : options_(options), thresholds_(thresholds), background_(model_options(options)) {}
 
-void MotionMask::reset() { *this = MotionMask(options_); }
+void MotionMask::reset() { *this = MotionMask(options_, thresholds_); }
 
 cv::Point MotionMask::reduced_point(const cv::Point2f& point) const {
   const float scale = static_cast<float>(image_.cols) / static_cast<float>(full_size_.width);
@@ -69,7 +47,7 @@ void MotionMask::begin(const cv::Mat& small) {
   since_ = cv::Mat(small.size(), CV_32FC1, cv::Scalar(path_));
   known_ = cv::Mat::zeros(small.size(), CV_8UC1);
   background_ = BackgroundModel(model_options(options_));
-  background_.learn(small, kSigma);
+  background_.learn(small, thresholds_.sigma);
   outside_ = cv::Mat();
 }
 
@@ -131,17 +109,18 @@ void MotionMask::observe(const std::vector<cv::Point2f>& object, double moved_px
   object_points_.clear();
   for (const cv::Point2f& p : object) object_points_.push_back(reduced_point(p));
   // The first image's background features have said their part once the still texture speaks.
-  if (path_ > 4 * kStillPath) background_points_.clear();
+  if (path_ > 4 * thresholds_.still_path) background_points_.clear();
 }
 
 // 255 where the texture has not changed while the object moved by this distance.
 cv::Mat MotionMask::still_texture() const {
-  const cv::Mat texture = texture_of(image_);
-  const cv::Mat still = texture & (path_ - since_ >= std::min(kStillPath, path_));
+  const cv::Mat texture = texture_of(image_, thresholds_);
+  const cv::Mat still = texture & (path_ - since_ >= std::min(thresholds_.still_path, path_));
+  const cv::Size window(thresholds_.agreement_window, thresholds_.agreement_window);
   cv::Mat share_still, share_textured;
-  cv::boxFilter(still, share_still, CV_32F, {kAgreeWindow, kAgreeWindow});
-  cv::boxFilter(texture, share_textured, CV_32F, {kAgreeWindow, kAgreeWindow});
-  return still & (share_still >= kMinAgree * share_textured);
+  cv::boxFilter(still, share_still, CV_32F, window);
+  cv::boxFilter(texture, share_textured, CV_32F, window);
+  return still & (share_still >= thresholds_.min_agreement * share_textured);
 }
 
 // Known background without the object.
@@ -149,7 +128,7 @@ cv::Mat MotionMask::known_outside() const { return outside_.empty() ? known_ : o
 
 cv::Mat MotionMask::nearer_to_object(const cv::Mat& still, const cv::Mat& to_object) const {
   const cv::Mat to_background = distance_to(background_points_, still, image_.size());
-  return (to_object < to_background) & (to_object < kObjectReach);
+  return (to_object < to_background) & (to_object < thresholds_.object_reach);
 }
 
 // The components with features of the object.
@@ -169,7 +148,7 @@ cv::Mat MotionMask::with_object_points(const cv::Mat& cleaned) const {
     const int* label = labels.ptr<int>(y);
     auto* out = kept.ptr<std::uint8_t>(y);
     for (int x = 0; x < kept.cols; ++x) {
-      if (label[x] > 0 && points[label[x]] >= kComponentShare * all) out[x] = 255;
+      if (label[x] > 0 && points[label[x]] >= thresholds_.component_share * all) out[x] = 255;
     }
   }
   return kept;
@@ -181,29 +160,31 @@ void MotionMask::find_object() {
   const cv::Mat near_object = nearer_to_object(still, to_object);
   const cv::Mat differs = background_.foreground(image_, known_outside());
   const double known = cv::countNonZero(known_), gone = cv::countNonZero(known_ & differs);
-  images_lost_ = known > 0.2 * known_.total() && gone > kLostShare * known ? images_lost_ + 1 : 0;
-  if (images_lost_ >= kLostImages) {
+  images_lost_ = known > thresholds_.min_known_share * known_.total() && gone > thresholds_.lost_share * known
+                     ? images_lost_ + 1
+                     : 0;
+  if (images_lost_ >= thresholds_.lost_images) {
     images_lost_ = 0;
     begin(image_);
   }
   const cv::Mat foreground = (known_ & differs) | (~known_ & near_object);
   const double min_area = options_.min_area * static_cast<double>(image_.total());
-  cv::Mat found =
-      with_object_points(clean_mask(foreground, kOpeningRadius, kClosingRadius, 1 << 20, min_area));
+  cv::Mat found = with_object_points(
+      clean_mask(foreground, thresholds_.radii.opening, thresholds_.radii.closing, 1 << 20, min_area));
   learn(still, near_object, to_object, found);
   mask_ = enlarged(found, full_size_);
 }
 
 void MotionMask::learn(const cv::Mat& still, const cv::Mat& near_object, const cv::Mat& to_object,
                        const cv::Mat& found) {
-  outside_ = outside_of(found, kUpdateRadius);
+  outside_ = outside_of(found, thresholds_.radii.motion_blur);
   background_.update(image_, outside_ & known_);
   // Textureless surfaces never change: they are learnt only well away from the object.
-  const cv::Mat plain =
-      ~near_object & outside_ & (to_object > kObjectClear) & (path_ - since_ >= std::min(kStillPath, path_));
+  const cv::Mat plain = ~near_object & outside_ & (to_object > thresholds_.object_clear) &
+                        (path_ - since_ >= std::min(thresholds_.still_path, path_));
   const cv::Mat fresh = (still | plain) & ~known_;
   // Wrongly learnt, or moved since: pixels that are static for twice as long become background after all.
-  const cv::Mat changed = still & known_ & found & (path_ - since_ >= 2 * kStillPath);
+  const cv::Mat changed = still & known_ & found & (path_ - since_ >= 2 * thresholds_.still_path);
   const cv::Mat learnt = fresh | changed;
   background_.set(image_, learnt);
   known_ |= learnt;
@@ -213,8 +194,8 @@ cv::Mat MotionMask::mask_of(const cv::Mat& image) const {
   const cv::Mat small = reduced(image);
   if (small.size() != known_.size() || small.type() != unchanged_.type()) return {};
   const cv::Mat foreground = background_.foreground(small, known_) | ~known_;
-  return enlarged(clean_mask(foreground, kOpeningRadius, kClosingRadius, options_.objects,
-                             options_.min_area * static_cast<double>(small.total())),
+  return enlarged(clean_mask(foreground, thresholds_.radii.opening, thresholds_.radii.closing,
+                             options_.objects, options_.min_area * static_cast<double>(small.total())),
                   image.size());
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -32,10 +33,22 @@ cv::Mat1f distances_from(const std::vector<cv::Point2f>& points, const cv::Size&
 /// one point.
 float reach_of(const std::vector<cv::Point2f>& points);
 
+/// Thresholds of outline_object. Lengths are in px of the reduced image (320 px width), shares in [0, 1].
+struct OutlineOptions {
+  std::size_t min_points = 20;  // of the object: fewer make no sample of its colours
+  float of_feature = 2;         // the texture within this distance of a feature belongs to the object ...
+  float apart = 4;              // ... if no other feature is within this distance
+  int rounds = 2;               // of the cut: further ones move the outline by a pixel
+  double min_held = 0.8;  // share of the object's points that the outline must hold; some landmarks lie at
+                          // its rim, where the outline may run
+  double min_of_piece = 0.05;  // the same of a single piece (a tag that hangs from it)
+  double sigma = 2;            // grey levels: added noise, as much as any camera has
+};
+
 /// The outline of an object from its points and its appearance: GrabCut (Rother, Kolmogorov and Blake,
 /// SIGGRAPH 2004; OpenCV's) on the image reduced to a width of 320 px. It starts with the region near the
 /// object's points and farther from the others. image: CV_8UC1 or CV_8UC3 (BGR). Returns CV_8UC1 of its size,
 /// 255: object. Empty if too few of the points are in the image, or the outline excludes many of them.
-cv::Mat outline_object(const cv::Mat& image, const ObjectPoints& points);
+cv::Mat outline_object(const cv::Mat& image, const ObjectPoints& points, const OutlineOptions& options = {});
 
 }  // namespace mono_pose_tracker

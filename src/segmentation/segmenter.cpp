@@ -39,19 +39,16 @@ double border_share_up_to(const cv::Mat& gray, int level) {
 // Level above a dark backdrop. An object with dark and bright parts makes three classes, and Otsu's cut may
 // separate the wrong two: the lower class is split again as long as it has two classes and the darker one
 // covers most of the border.
-int level_above_dark(const cv::Mat& gray) {
-  constexpr double kTwoClasses = 0.8;  // separation; one Gaussian has 0.64, an even spread 0.75
-  constexpr double kMostOfBorder = 0.5;
-  constexpr double kMinShare =
-      0.04;  // of the image: the rim where the object blurs into the backdrop has less
+int level_above_dark(const cv::Mat& gray, const BackdropOptions& limits) {
   Histogram histogram = histogram_of(gray);
   int level = otsu_cut(histogram).level;
   for (int i = 0; i < 2; ++i) {
     std::fill(histogram.begin() + level + 1, histogram.end(), 0.0);
     const OtsuCut next = otsu_cut(histogram);
     const double between = std::accumulate(histogram.begin() + next.level + 1, histogram.end(), 0.0);
-    if (next.separation < kTwoClasses || between < kMinShare * static_cast<double>(gray.total()) ||
-        border_share_up_to(gray, next.level) < kMostOfBorder) {
+    if (next.separation < limits.two_classes ||
+        between < limits.min_class_share * static_cast<double>(gray.total()) ||
+        border_share_up_to(gray, next.level) < limits.most_of_border) {
       break;
     }
     level = next.level;
@@ -91,16 +88,17 @@ OtsuCut otsu_cut(const std::array<double, 256>& histogram) {
   return cut;
 }
 
-cv::Mat threshold_foreground(const cv::Mat& image, Backdrop backdrop, double level) {
+cv::Mat threshold_foreground(const cv::Mat& image, Backdrop backdrop, double level,
+                             const BackdropOptions& limits) {
   const cv::Mat gray = smoothed(gray_of(image));
   if (backdrop == Backdrop::kAuto) {
     const int cut = level >= 0 ? static_cast<int>(level) : otsu_cut(histogram_of(gray)).level;
-    backdrop = border_share_up_to(gray, cut) >= 0.5 ? Backdrop::kDark : Backdrop::kBright;
+    backdrop = border_share_up_to(gray, cut) >= limits.most_of_border ? Backdrop::kDark : Backdrop::kBright;
   }
-  if (backdrop == Backdrop::kDark) return gray > (level >= 0 ? level : level_above_dark(gray));
+  if (backdrop == Backdrop::kDark) return gray > (level >= 0 ? level : level_above_dark(gray, limits));
   if (level >= 0) return gray <= level;
   const cv::Mat inverted = 255 - gray;
-  return inverted > level_above_dark(inverted);
+  return inverted > level_above_dark(inverted, limits);
 }
 
 cv::Mat chroma_foreground(const cv::Mat& image, Chroma chroma, double level) {
@@ -117,17 +115,15 @@ cv::Mat chroma_foreground(const cv::Mat& image, Chroma chroma, double level) {
 
 namespace {
 
-// Number of images to learn from: enough for median and spread of a pixel; more would only use memory.
-constexpr int kLearningImages = 15;
-
 std::string text(const cv::Size& size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
 }  // namespace
 
-Segmenter::Segmenter(const SegmentationOptions& options, const cv::Mat& background_image)
-    : options_(options), background_image_(background_image) {
+Segmenter::Segmenter(const SegmentationOptions& options, const cv::Mat& background_image,
+                     const SegmenterLimits& limits)
+    : options_(options), limits_(limits), background_image_(background_image) {
   forget();
 }
 
@@ -196,7 +192,7 @@ Segmentation Segmenter::by_background(const cv::Mat& small, bool learn) {
   if (background_.empty() && !learn_background(small, learn, &result)) return result;
   result.mask = clean(background_.foreground(small, outside_));
   if (learn) {
-    outside_ = outside_of(result.mask, kUpdateRadius);
+    outside_ = outside_of(result.mask, limits_.radii.motion_blur);
     background_.update(small, outside_);
   }
   return result;
@@ -208,12 +204,11 @@ bool Segmenter::learn_background(const cv::Mat& small, bool learn, Segmentation*
     cv::Mat image;
     cv::resize(background_image_, image, small.size(), 0, 0, cv::INTER_AREA);
     if (small.channels() == 1) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
-    constexpr double kSigma = 2;  // grey levels: noise of a webcam at half its size
-    background_.learn(image, kSigma);
+    background_.learn(image, limits_.given_image_sigma);
     return true;
   }
   if (learn) {
-    const int step = (options_.learning_frames + kLearningImages - 1) / kLearningImages;
+    const int step = (options_.learning_frames + limits_.learning_images - 1) / limits_.learning_images;
     if (learning_seen_ % step == 0) learning_.push_back(small.clone());
     if (++learning_seen_ >= options_.learning_frames) {
       background_.learn(learning_);
@@ -228,7 +223,8 @@ bool Segmenter::learn_background(const cv::Mat& small, bool learn, Segmentation*
 }
 
 cv::Mat Segmenter::clean(const cv::Mat& raw) const {
-  return clean_mask(raw, kOpeningRadius, kClosingRadius, options_.objects, options_.min_area * raw.total());
+  return clean_mask(raw, limits_.radii.opening, limits_.radii.closing, options_.objects,
+                    options_.min_area * raw.total());
 }
 
 }  // namespace mono_pose_tracker
