@@ -49,10 +49,11 @@ inline double median(std::vector<double> values) {
 
 /// The sigma of either component of two-dimensional normal errors, from their lengths, some of which may be
 /// outliers: the median over that of a Rayleigh distribution of sigma 1, sqrt(2 ln 2). 0 of nothing.
-inline double sigma_of_lengths(std::vector<double> lengths) {
-  constexpr double kRayleighMedian = 1.1774;
-  return median(std::move(lengths)) / kRayleighMedian;
-}
+inline double sigma_of_lengths(std::vector<double> lengths) { return median(std::move(lengths)) / 1.1774; }
+
+/// The variance of each component of three-dimensional normal errors, from the median of their squared
+/// lengths, which is that of chi-squared with three degrees of freedom for a variance of 1.
+inline double variance_of_median_square(double median_square) { return median_square / 2.366; }
 
 /// Probability of at least k of n events, where each has this probability.
 inline double binomial_tail(int k, int n, double probability) {

@@ -17,22 +17,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kLocalIterations = 5;   // of a model just sampled
-constexpr int kFinalIterations = 20;  // of the result; quadratic convergence ends it after a few
-// What far points leave open, the position, can be fitted to one or two outliers; one of thirty within reach
-// joins them by chance.
-constexpr int kLeastMore = 5;
-// Thresholds: beyond, Cauchy's loss counts a match for less than a thousandth.
-constexpr double kReach = 32;
-constexpr double kNoBound = std::numeric_limits<double>::infinity();
-
 class PoseEstimator {
  public:
   using Model = CameraPose;
   static constexpr int kSampleSize = 3;
   static constexpr int kMaxModels = 4;
 
-  PoseEstimator(const PointMatches& matches, double threshold) : matches_(matches), threshold_(threshold) {}
+  PoseEstimator(const PointMatches& matches, const AbsolutePoseOptions& options)
+      : matches_(matches), options_(options), threshold_(options.ransac.threshold) {}
 
   int num_data() const { return matches_.size(); }
 
@@ -49,12 +41,15 @@ class PoseEstimator {
     return score_camera_pose(matches_, pose, threshold_, cost_bound);
   }
 
-  void optimize(CameraPose* pose) const { refine_camera_pose(matches_, threshold_, kLocalIterations, pose); }
+  void optimize(CameraPose* pose) const {
+    refine_camera_pose(matches_, threshold_, options_.local_iterations, pose);
+  }
 
   bool is_equivalent(const CameraPose&, const CameraPose&) const { return false; }
 
  private:
   const PointMatches& matches_;
+  const AbsolutePoseOptions& options_;
   double threshold_;
 };
 
@@ -62,39 +57,42 @@ class PoseEstimator {
 // near points are then outliers, and sampling ends before it has drawn enough of them. Without a threshold
 // the near points still pull on the pose, and distant points do not resist. Empty if too few points are
 // within reach.
-std::optional<CameraPose> drawn_to_outliers(const PointMatches& matches, double threshold,
+std::optional<CameraPose> drawn_to_outliers(const PointMatches& matches, const AbsolutePoseOptions& options,
                                             const CameraPose& pose) {
+  const double threshold = options.ransac.threshold;
   std::vector<Eigen::Vector3d> bearings, points;
   int outliers = 0;
   for (int i = 0; i < matches.size(); ++i) {
     const Eigen::Vector3d bearing = matches.bearings()[i], point = matches.points()[i];
     const double chord = ((pose.rotation * point + pose.translation).normalized() - bearing).norm();
-    if (!(chord < kReach * threshold)) continue;
+    if (!(chord < options.reach * threshold)) continue;
     outliers += chord > threshold;
     bearings.push_back(bearing);
     points.push_back(point);
   }
-  if (outliers < kLeastMore) return std::nullopt;
-  MotionRefinementOptions options;
-  options.max_iterations = kFinalIterations;
-  options.loss_width = 1;  // what RANSAC takes for noise is pulled in full
+  if (outliers < options.min_outliers) return std::nullopt;
+  MotionRefinementOptions refinement;
+  refinement.max_iterations = options.final_iterations;
+  refinement.loss_width = 1;  // what RANSAC takes for noise is pulled in full
   const Rigid3 all = refine_absolute_pose(bearings, points, std::vector<double>(points.size(), threshold),
-                                          Rigid3(pose.rotation, pose.translation), options)
+                                          Rigid3(pose.rotation, pose.translation), refinement)
                          .camera_from_map;
   CameraPose drawn{all.rotation_matrix(), all.translation};
-  refine_camera_pose(matches, threshold, kFinalIterations, &drawn);
+  refine_camera_pose(matches, threshold, options.final_iterations, &drawn);
   return drawn;
 }
 
 // Takes the pose refined with the outliers if it explains more of them than accidental matches would.
-void explain_more(const PointMatches& matches, double threshold, CameraPose* pose, RansacScore* score,
-                  std::vector<char>* inliers) {
+void explain_more(const PointMatches& matches, const AbsolutePoseOptions& options, CameraPose* pose,
+                  RansacScore* score, std::vector<char>* inliers) {
   if (2 * score->num_inliers < matches.size()) return;  // there is nothing that most agree on
-  const std::optional<CameraPose> drawn = drawn_to_outliers(matches, threshold, *pose);
+  const std::optional<CameraPose> drawn = drawn_to_outliers(matches, options, *pose);
   if (!drawn) return;
   std::vector<char> agreeing;
-  const RansacScore of_drawn = score_camera_pose(matches, *drawn, threshold, kNoBound, &agreeing);
-  if (of_drawn.num_inliers < score->num_inliers + kLeastMore || of_drawn.cost >= score->cost) return;
+  const RansacScore of_drawn = score_camera_pose(matches, *drawn, options.ransac.threshold,
+                                                 std::numeric_limits<double>::infinity(), &agreeing);
+  if (of_drawn.num_inliers < score->num_inliers + options.min_outliers || of_drawn.cost >= score->cost)
+    return;
   *pose = *drawn;
   *score = of_drawn;
   *inliers = std::move(agreeing);
@@ -107,6 +105,12 @@ void validate(const std::vector<Eigen::Vector3d>& bearings, const std::vector<Ei
     throw std::invalid_argument("estimate_absolute_pose: " + std::to_string(bearings.size()) +
                                 " bearings and " + std::to_string(points.size()) +
                                 " points, expected equal numbers");
+  }
+  if (options.local_iterations < 0 || options.final_iterations < 1 || options.min_outliers < 1 ||
+      !(options.reach > 0)) {
+    throw std::invalid_argument(
+        "AbsolutePoseOptions: local_iterations must be at least 0, final_iterations and min_outliers at "
+        "least 1, reach positive");
   }
   require_quality_of_each(options.quality, points.size(), "AbsolutePoseOptions", "matches");
 }
@@ -124,7 +128,7 @@ AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& be
   if (matches.size() < PoseEstimator::kSampleSize) {
     return report;
   }
-  PoseEstimator estimator(matches, threshold);
+  PoseEstimator estimator(matches, options);
   RansacReport<CameraPose> sampled = sample_consensus(options.ransac, matches, options.quality, estimator);
   report.iterations = sampled.iterations;
   // Any three matches fit some pose: only a fourth says anything.
@@ -132,12 +136,13 @@ AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& be
     return report;
   }
   CameraPose& pose = sampled.best.model;
-  refine_camera_pose(matches, threshold, kFinalIterations, &pose);
+  refine_camera_pose(matches, threshold, options.final_iterations, &pose);
   std::vector<char> inliers;
-  RansacScore score = score_camera_pose(matches, pose, threshold, kNoBound, &inliers);
+  RansacScore score =
+      score_camera_pose(matches, pose, threshold, std::numeric_limits<double>::infinity(), &inliers);
   if (options.asks_outliers && !is_set(options.ransac.cancelled))
-    explain_more(matches, threshold, &pose, &score, &inliers);
-  if (options.refined_within_noise) polish_camera_pose(matches, threshold, kFinalIterations, &pose);
+    explain_more(matches, options, &pose, &score, &inliers);
+  if (options.refined_within_noise) polish_camera_pose(matches, threshold, options.final_iterations, &pose);
   report.success = true;
   report.camera_from_map = Rigid3(pose.rotation, pose.translation);
   report.camera_from_map.rotation.normalize();

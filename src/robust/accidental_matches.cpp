@@ -9,20 +9,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Accidental matches near a line are estimated from two bands on both sides of it, at this distance in
-// thresholds. The bands lie beyond the noise, are wide enough for a handful of pairs, and are a small part of
-// the image, over which wrong pairs have constant density.
-constexpr double kNear = 2, kFar = 22;
-constexpr double kShareNearLine = 1 / (kFar - kNear);
 // Classes of distance along the line: up to two thresholds, then doubling.
 constexpr int kClasses = 12;
-// Largest probability that accidental matches alone fill a class. It is small because the motion was selected
-// among many for its number of inliers.
-constexpr double kMostChance = 1e-3;
-// Smallest share of the pairs near their lines that must remain; with fewer the classification is unreliable.
-// With half of 500 pairs wrong, a handful of them lies near the lines.
-constexpr double kLeastShare = 0.8;
-
 struct Place {
   double off = 0;  // from the epipolar line, in thresholds
   int along = -1;  // class of the distance along it; -1: behind a camera
@@ -41,8 +29,8 @@ Place place_of(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const TwoVi
   const double along = std::abs(inverse_distance - of_plane) * across2.norm() /
                        (turned + of_plane * model.translation).norm() / threshold;
   // The last class also takes what is infinite or not a number: the plane's point is in the second camera.
-  constexpr double kFarthest = 1 << (kClasses - 1);
-  place.along = along < 2 ? 0 : static_cast<int>(std::log2(std::min(kFarthest, along)));
+  const double farthest = 1 << (kClasses - 1);
+  place.along = along < 2 ? 0 : static_cast<int>(std::log2(std::min(farthest, along)));
   return place;
 }
 
@@ -59,7 +47,8 @@ double chance_of(int count, double expected) {
 }  // namespace
 
 std::vector<char> more_than_chance(const BearingPairs& pairs, const TwoViewModel& model,
-                                   const Eigen::Vector3d& normal, double threshold) {
+                                   const Eigen::Vector3d& normal, double threshold,
+                                   const AccidentalMatchOptions& options) {
   std::vector<Place> places;
   std::array<int, kClasses> near{}, off_line{};
   for (int i = 0; i < pairs.size(); ++i) {
@@ -67,18 +56,19 @@ std::vector<char> more_than_chance(const BearingPairs& pairs, const TwoViewModel
     places.push_back(place);
     if (place.along < 0) continue;
     near[place.along] += place.off < 1;
-    off_line[place.along] += place.off > kNear && place.off < kFar;
+    off_line[place.along] += place.off > options.nearest && place.off < options.farthest;
   }
   std::array<bool, kClasses> is_more{};
   int all = 0, left = 0, wrong = 0;
+  const double share_near_line = 1 / (options.farthest - options.nearest);
   for (int k = 0; k < kClasses; ++k) {
-    is_more[k] = chance_of(near[k], (off_line[k] + 1) * kShareNearLine) < kMostChance;
+    is_more[k] = chance_of(near[k], (off_line[k] + 1) * share_near_line) < options.max_chance;
     wrong += off_line[k];
     all += near[k];
     left += is_more[k] ? near[k] : 0;
   }
   std::vector<char> flags(pairs.size(), 1);
-  if (wrong == 0 || left < kLeastShare * all) return flags;
+  if (wrong == 0 || left < options.min_share * all) return flags;
   for (int i = 0; i < pairs.size(); ++i) flags[i] = places[i].along < 0 || is_more[places[i].along];
   return flags;
 }

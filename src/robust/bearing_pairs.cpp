@@ -61,14 +61,14 @@ bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
 
 MPT_FUNCTION_CLONES_FOR("avx2")
 void squared_errors(const PairBlock& block, const MotionRows& motion, double tolerance, double behind,
-                    double (&__restrict squared)[kPairBlock]) {
-  for (int i = 0; i < kPairBlock; ++i) squared[i] = under_motion(block, motion, tolerance, i).squared(behind);
+                    double (&__restrict squared)[kBlockSize]) {
+  for (int i = 0; i < kBlockSize; ++i) squared[i] = under_motion(block, motion, tolerance, i).squared(behind);
 }
 
 RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
                             double cost_bound, std::vector<char>* inliers) {
   const MotionRows motion(model);
-  const auto squared_of = [&](int begin, double(&squared)[kPairBlock]) {
+  const auto squared_of = [&](int begin, double(&squared)[kBlockSize]) {
     squared_errors(PairBlock(pairs, begin), motion, threshold, threshold * threshold, squared);
   };
   return score_pairs(pairs.size(), threshold, cost_bound, squared_of, inliers);

@@ -16,12 +16,6 @@ namespace mono_pose_tracker {
 /// dividing zero by zero.
 constexpr double kTinySine = 1e-15;
 
-/// Pairs whose errors are computed at once; scoring may give up between blocks.
-constexpr int kPairBlock = VectorArray::kPadding;
-
-/// As the tolerance of errors: no pair is behind a camera.
-constexpr double kAnyDistance = 1e100;
-
 /// Matched unit bearings of two views, coordinate by coordinate (what compilers make vector code of), in a
 /// seeded random order (so that the first few are a fair sample), without pairs that are not finite.
 class BearingPairs {
@@ -94,7 +88,7 @@ struct PairUnderMotion {
 
 /// The errors of a block.
 void squared_errors(const PairBlock& block, const MotionRows& motion, double tolerance, double behind,
-                    double (&__restrict squared)[kPairBlock]);
+                    double (&__restrict squared)[kBlockSize]);
 
 /// MSAC: the sum of min(e^2, threshold^2) over the errors of `count` pairs, in blocks: squared_of(begin,
 /// squared) writes those of a block, rad^2. Gives up with an infinite cost when it exceeds cost_bound or is
@@ -107,9 +101,9 @@ RansacScore score_pairs(int count, double threshold, double cost_bound, const Sq
   if (inliers != nullptr) inliers->resize(count);
   RansacScore score;
   score.cost = 0;
-  double squared[kPairBlock];
-  for (int begin = 0; begin < count; begin += kPairBlock) {
-    const int end = std::min(begin + kPairBlock, count);
+  double squared[kBlockSize];
+  for (int begin = 0; begin < count; begin += kBlockSize) {
+    const int end = std::min(begin + kBlockSize, count);
     squared_of(begin, squared);
     for (int i = begin; i < end; ++i) {
       const bool is_inlier = squared[i - begin] < squared_threshold;

@@ -13,9 +13,13 @@ struct NormalEquations {
 };
 
 struct LevenbergMarquardtOptions {
-  int max_iterations = 10;      // linearisations
-  double least_damping = 1e-9;  // relative to the diagonal
-  double floor = 0;             // added to the diagonal: keeps unconstrained directions solvable
+  int max_iterations = 10;       // linearisations
+  double least_damping = 1e-9;   // relative to the diagonal
+  double floor = 0;              // added to the diagonal: keeps unconstrained directions solvable
+  double first_damping = 1e-4;   // relative to the diagonal
+  double most_damping = 1e6;     // a step of a millionth of the diagonal's: nothing lowers the cost
+  double least_decrease = 1e-6;  // relative: less than the sixth digit of the cost moves the model far below
+                                 // its uncertainty
 };
 
 /// Minimises the cost of a few parameters (Marquardt 1963: the diagonal is scaled), which never grows. The
@@ -23,13 +27,12 @@ struct LevenbergMarquardtOptions {
 /// truncated or otherwise robust as long as the equations' gradient is its own. Returns the cost reached.
 template <typename Problem, typename Model>
 double levenberg_marquardt(const Problem& problem, const LevenbergMarquardtOptions& options, Model* model) {
-  constexpr double kMostDamping = 1e6;  // a step of a millionth of the diagonal's: nothing lowers the cost
   double cost = problem.cost(*model);
-  double damping = 1e-4;
+  double damping = options.first_damping;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     const auto equations = problem.linearize(*model);
     const double previous = cost;
-    while (damping < kMostDamping) {
+    while (damping < options.most_damping) {
       auto damped = equations.information;
       damped.diagonal() *= 1 + damping;
       damped.diagonal().array() += options.floor;
@@ -43,8 +46,7 @@ double levenberg_marquardt(const Problem& problem, const LevenbergMarquardtOptio
       }
       damping *= 10;
     }
-    // Less than the sixth digit of the cost moves the model far below its uncertainty.
-    if (!(previous - cost > 1e-6 * cost)) break;
+    if (!(previous - cost > options.least_decrease * cost)) break;
   }
   return cost;
 }

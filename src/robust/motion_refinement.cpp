@@ -19,9 +19,6 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kMinDistance = 1e-9;  // a point nearer to the camera's centre has no direction
 
-// Share of the cost that a step lowers it by, below which the cost is taken for a parabola.
-constexpr double kNewtonBelow = 0.05;
-
 struct Matches {
   const std::vector<Eigen::Vector3d>& bearings;
   const std::vector<Eigen::Vector3d>& points;
@@ -180,7 +177,7 @@ bool minimize(const Matches& matches, const MotionRefinementOptions& options, Ri
     // A full step that would lower the cost by less than 1e-5 moves the pose by less than a hundredth of its
     // deviation; a damped one may just be short.
     const bool settled = expected_decrease < 1e-5 && damping < 1;
-    newton = expected_decrease < kNewtonBelow * at->cost;
+    newton = expected_decrease < options.newton_below * at->cost;
     const Rigid3 candidate = perturbed(*pose, step);
     if (robust_cost(matches, candidate, squared_width) < at->cost) {
       *pose = candidate;

@@ -9,7 +9,9 @@ namespace mono_pose_tracker {
 
 struct MotionRefinementOptions {
   int max_iterations = 10;
-  double loss_width = 2.0;  // Cauchy loss, in units of each match's sigma: little is lost on clean matches
+  double loss_width = 2.0;     // Cauchy loss, in units of each match's sigma: little is lost on clean matches
+  double newton_below = 0.05;  // share by which a step lowers the cost, below which the cost is taken for a
+                               // parabola
 };
 
 struct MotionRefinementReport {

@@ -38,8 +38,7 @@ double noise_threshold(const RansacScore& score, int num_data, double threshold,
                   kQuantile[components - 1] * sigma_before_cut(mean_square, threshold, components));
 }
 
-bool noise_explains(int num_beyond, int num_data, double threshold, double wide) {
-  constexpr double kDeviations = 2;
+bool noise_explains(int num_beyond, int num_data, double threshold, double wide, double deviations) {
   // Of errors with two components, exp(-k) are beyond the threshold, and exp(-end) beyond `wide`.
   const double end = 0.5 * kQuantile[1] * kQuantile[1];
   const double k = end * threshold * threshold / (wide * wide), tail = std::exp(-k), last = std::exp(-end);
@@ -49,7 +48,7 @@ bool noise_explains(int num_beyond, int num_data, double threshold, double wide)
   // their Fisher information about it.
   const double information = 1 - k * k * tail / ((1 - tail) * (1 - tail));
   const double variance = share * (1 - share) + k * k * tail * tail / information;
-  return num_beyond <= num_data * share + kDeviations * std::sqrt(num_data * variance);
+  return num_beyond <= num_data * share + deviations * std::sqrt(num_data * variance);
 }
 
 }  // namespace mono_pose_tracker

@@ -13,8 +13,8 @@ double noise_threshold(const RansacScore& score, int num_data, double threshold,
                        int parameters);
 
 /// Whether noise explains how many data lie between the threshold and `wide`, which is noise_threshold for
-/// errors of two components: at most two standard deviations more than expected. Otherwise outliers, or
-/// correct data that the drift of a map displaces, are among them. num_data: all up to `wide`.
-bool noise_explains(int num_beyond, int num_data, double threshold, double wide);
+/// errors of two components: at most this number of standard deviations more than expected. Otherwise
+/// outliers, or correct data that the drift of a map displaces, are among them. num_data: all up to `wide`.
+bool noise_explains(int num_beyond, int num_data, double threshold, double wide, double deviations = 2);
 
 }  // namespace mono_pose_tracker

@@ -4,29 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "common/rotation.h"
 #include "common/statistics.h"
 
 namespace mono_pose_tracker {
-namespace {
-
-// Long beside the millimetres that an encoder's ticks are apart, short enough for ten of them in a metre and
-// a half.
-constexpr double kSegmentMetres = 0.15;
-// The spread of fewer says too little of itself.
-constexpr std::size_t kMinSegments = 10;
-// Number of segments kept: six metres. The scale may have drifted since older ones.
-constexpr std::size_t kMaxSegments = 40;
-// Largest angle between the two directions of one motion; beyond it the segment is an outlier.
-const double kMinCosine = std::cos(20 * kDegree);
-// A camera that hardly moves in the map while odometry advances is not carried by the robot, whatever the
-// unit.
-constexpr double kMinUnits = 1e-6;
-constexpr double kMaxSigma = 0.01, kMaxOff = 0.03;
-// Of the logarithm of lengths: followed wrongly, it does no more harm than a first estimate's own error.
-constexpr double kMaxFollowed = kMaxSigma;
-
-}  // namespace
 
 void OdometryScale::restart() {
   begin_.reset();
@@ -35,7 +15,7 @@ void OdometryScale::restart() {
 
 bool OdometryScale::follow(double length_scale) {
   const double change = std::log(length_scale);
-  if (!(std::abs(change) <= kMaxFollowed)) {
+  if (!(std::abs(change) <= options_.max_followed)) {
     restart();
     return false;
   }
@@ -51,15 +31,15 @@ void OdometryScale::add(const Rigid3& odom_from_camera, const Rigid3& map_from_c
   }
   // Both as the camera saw them when the segment began: where odom and map have their axes drops out.
   const Eigen::Vector3d metres = (begin_->odom_from_camera.inverse() * odom_from_camera).translation;
-  if (metres.norm() < kSegmentMetres) return;
+  if (metres.norm() < options_.segment_metres) return;
   const Eigen::Vector3d units = (begin_->map_from_camera.inverse() * map_from_camera).translation;
   Segment segment;
-  if (units.norm() > kMinUnits) {
-    segment.agrees = metres.dot(units) > kMinCosine * metres.norm() * units.norm();
+  if (units.norm() > options_.min_units) {
+    segment.agrees = metres.dot(units) > options_.min_cosine * metres.norm() * units.norm();
     segment.log_ratio = std::log(metres.norm() / units.norm());
   }
   segments_.push_back(segment);
-  if (segments_.size() > kMaxSegments) segments_.pop_front();
+  if (segments_.size() > options_.max_segments) segments_.pop_front();
   begin_ = {odom_from_camera, map_from_camera};
 }
 
@@ -68,7 +48,7 @@ std::optional<OdometryScale::Estimate> OdometryScale::estimate() const {
   for (const Segment& segment : segments_) {
     if (segment.agrees) ratios.push_back(segment.log_ratio);
   }
-  if (ratios.size() < kMinSegments || 2 * ratios.size() < segments_.size()) return std::nullopt;
+  if (ratios.size() < options_.min_segments || 2 * ratios.size() < segments_.size()) return std::nullopt;
   const double middle = median(ratios);
   std::vector<double> deviations;
   for (const double ratio : ratios) deviations.push_back(std::abs(ratio - middle));
@@ -80,8 +60,8 @@ std::optional<OdometryScale::Estimate> OdometryScale::estimate() const {
 
 std::optional<double> OdometryScale::correction(bool is_metric) const {
   const std::optional<Estimate> found = estimate();
-  if (!found || found->sigma > kMaxSigma) return std::nullopt;
-  if (is_metric && std::abs(found->metres_per_unit - 1) <= kMaxOff) return std::nullopt;
+  if (!found || found->sigma > options_.max_sigma) return std::nullopt;
+  if (is_metric && std::abs(found->metres_per_unit - 1) <= options_.max_off) return std::nullopt;
   return found->metres_per_unit;
 }
 

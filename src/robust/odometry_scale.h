@@ -1,11 +1,29 @@
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <deque>
 #include <optional>
 
+#include "common/rotation.h"
 #include "mono_pose_tracker/common/rigid3.h"
 
 namespace mono_pose_tracker {
+
+struct OdometryScaleOptions {
+  double segment_metres = 0.15;   // m: long beside the millimetres between an encoder's ticks, short enough
+                                  // for ten segments in a metre and a half
+  std::size_t min_segments = 10;  // with fewer their spread is uncertain
+  std::size_t max_segments = 40;  // that are kept: six metres. The scale may have drifted since older ones
+  double min_cosine = std::cos(20 * kDegree);  // of the angle between the two directions of one motion;
+                                               // beyond it the segment is an outlier
+  double min_units = 1e-6;  // map units. A camera that hardly moves in the map while odometry advances is not
+                            // carried by the robot
+  double max_sigma = 0.01;  // relative, one standard deviation of a scale that is applied
+  double max_off = 0.03;    // relative error of a metric map up to which it is kept
+  double max_followed = 0.01;  // logarithm of a correction's scale: followed wrongly, it does no more harm
+                               // than a first estimate's own error (max_sigma)
+};
 
 /// Estimates metres per map unit by comparing the path of odometry with that of the camera in the map. The
 /// path is cut into segments of equal odometry length, so that drift of odometry between segments does not
@@ -21,6 +39,8 @@ class OdometryScale {
     int segments = 0;
   };
 
+  explicit OdometryScale(const OdometryScaleOptions& options = {}) : options_(options) {}
+
   /// Both of the same image. Poses of another map need a restart before.
   void add(const Rigid3& odom_from_camera, const Rigid3& map_from_camera);
   void restart();
@@ -35,8 +55,8 @@ class OdometryScale {
   /// of the same camera, or the transform from base to camera is wrong.
   std::optional<Estimate> estimate() const;
 
-  /// Factor to apply to the map now: once when one standard deviation falls below 1 %, and again when a
-  /// metric map is off by more than 3 %. Nothing otherwise.
+  /// Factor to apply to the map now: once when one standard deviation falls below max_sigma, and again when
+  /// a metric map is off by more than max_off. Nothing otherwise.
   std::optional<double> correction(bool is_metric) const;
 
  private:
@@ -48,6 +68,7 @@ class OdometryScale {
     bool agrees = false;   // in direction
   };
 
+  OdometryScaleOptions options_;
   std::optional<Pair> begin_;
   std::deque<Segment> segments_;
 };

@@ -10,6 +10,9 @@ namespace mono_pose_tracker {
 constexpr int kPacketSize = 4;
 using Packet = Eigen::Array<double, kPacketSize, 1>;
 
+/// Vectors whose errors are computed at once; scoring may give up between blocks.
+constexpr int kBlockSize = 16;
+
 struct PacketVector {
   Packet x, y, z;
 };
@@ -55,17 +58,15 @@ inline PacketVector cross(const PacketVector& a, const Eigen::Vector3d& b) {
 
 inline Eigen::Vector3d sum(const PacketVector& a) { return {a.x.sum(), a.y.sum(), a.z.sum()}; }
 
-/// Vectors stored coordinate by coordinate, padded with zeros to a multiple of kPadding.
+/// Vectors stored coordinate by coordinate, padded with zeros to a multiple of kBlockSize.
 class VectorArray {
  public:
-  static constexpr int kPadding = 16;
-
   VectorArray() = default;
 
   explicit VectorArray(const std::vector<Eigen::Vector3d>& vectors)
       : size_(static_cast<int>(vectors.size())) {
     for (int axis = 0; axis < 3; ++axis) {
-      coordinates_[axis].assign((vectors.size() + kPadding - 1) / kPadding * kPadding, 0.0);
+      coordinates_[axis].assign((vectors.size() + kBlockSize - 1) / kBlockSize * kBlockSize, 0.0);
       for (int i = 0; i < size_; ++i) {
         coordinates_[axis][i] = vectors[i][axis];
       }

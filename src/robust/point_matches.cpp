@@ -17,16 +17,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kBlock = VectorArray::kPadding;  // matches after which scoring may give up
-
-// Rejects a model as good as the bound once in 20 times: scoring dominates the time where nearly all matches
-// are outliers. This costs 5 % more samples and halves their scoring time (Chum and Matas, Optimal randomized
-// RANSAC, 2008).
-constexpr double kLogOdds = 3;
-
-// Avoids 0 / 0 for a point at the camera's centre.
-constexpr double kTinySquare = 1e-300;
-
 // sin^2 of the angle between bearings and the directions to points p in the camera's frame; 1 behind the
 // camera.
 Packet squared_angles(const PacketVector& p, const PacketVector& bearings) {
@@ -41,17 +31,16 @@ struct Block {
 
 // One bit per packet of the block: set if the packet may hold a match within the threshold. Most matches are
 // outliers of most models. They are rejected without division and without the cross product, whose norm is
-// sqrt(|p|^2 - (p . b)^2). The margin exceeds the rounding error of any order of the sums for points less
-// than 1000 times as far from the map's origin as from the camera, so the result does not depend on the
+// sqrt(|p|^2 - (p . b)^2). The margin of 1e-12 exceeds the rounding error of any order of the sums for points
+// less than 1000 times as far from the map's origin as from the camera, so the result does not depend on the
 // processor. m: camera_from_map, row by row.
 MPT_FUNCTION_CLONES unsigned packets_with_inliers(const Block& block, const double (&m)[12],
                                                   double squared_threshold) {
-  constexpr double kRounding = 1e-12;
-  const double least_squared_cosine = 1 - squared_threshold - kRounding;
+  const double least_squared_cosine = 1 - squared_threshold - 1e-12;
   const double *x = block.point[0], *y = block.point[1], *z = block.point[2];
   const double *bx = block.bearing[0], *by = block.bearing[1], *bz = block.bearing[2];
-  double excess[kBlock];
-  for (int i = 0; i < kBlock; ++i) {
+  double excess[kBlockSize];
+  for (int i = 0; i < kBlockSize; ++i) {
     const double px = m[0] * x[i] + m[1] * y[i] + m[2] * z[i] + m[3];
     const double py = m[4] * x[i] + m[5] * y[i] + m[6] * z[i] + m[7];
     const double pz = m[8] * x[i] + m[9] * y[i] + m[10] * z[i] + m[11];
@@ -60,7 +49,7 @@ MPT_FUNCTION_CLONES unsigned packets_with_inliers(const Block& block, const doub
     excess[i] = along * std::abs(along) - least_squared_cosine * (px * px + py * py + pz * pz);
   }
   unsigned packets = 0;
-  for (int k = 0; k < kBlock / kPacketSize; ++k) {
+  for (int k = 0; k < kBlockSize / kPacketSize; ++k) {
     unsigned any = 0;
     for (int i = kPacketSize * k; i < kPacketSize * (k + 1); ++i)
       any |= static_cast<unsigned>(excess[i] >= 0);
@@ -113,7 +102,7 @@ Equations linearize(const PointMatches& matches, const CameraPose& pose, double 
     const PacketVector p = pose.rotation * matches.points().packet(i) + pose.translation;
     const PacketVector b = matches.bearings().packet(i);
     const Packet weight = (squared_angles(p, b) < squared_threshold).select(Packet::Ones(), zero);
-    const Packet inverse = 1 / dot(p, p).max(kTinySquare).sqrt();
+    const Packet inverse = 1 / dot(p, p).max(1e-300).sqrt();  // not 0 / 0 at the camera's centre
     const PacketVector u = inverse * p;
     const Packet weight_inverse = weight * inverse;
     const Packet weight_inverse_squared = weight_inverse * inverse;
@@ -171,7 +160,7 @@ PointMatches::PointMatches(const std::vector<Eigen::Vector3d>& bearings_in_camer
 }
 
 RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pose, double threshold,
-                              double cost_bound, std::vector<char>* inliers) {
+                              double cost_bound, std::vector<char>* inliers, double log_odds) {
   const double squared_threshold = threshold * threshold;
   const double mean_bound = cost_bound / (squared_threshold * matches.size());
   if (inliers != nullptr) {
@@ -182,8 +171,8 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
   RansacScore score;
   score.cost = 0;
   double inlier_squares = 0;
-  for (int begin = 0; begin < matches.size(); begin += kBlock) {
-    const int end = std::min(begin + kBlock, matches.size());
+  for (int begin = 0; begin < matches.size(); begin += kBlockSize) {
+    const int end = std::min(begin + kBlockSize, matches.size());
     const unsigned packets = packets_with_inliers(block_of(matches, begin), rows, squared_threshold);
     for (int i = begin; i < end; i += kPacketSize) {
       if (((packets >> ((i - begin) / kPacketSize)) & 1U) == 0) continue;
@@ -197,7 +186,7 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
       }
     }
     const double cost = inlier_squares + (end - score.num_inliers) * squared_threshold;
-    if (cost >= cost_bound || is_hopeless(cost / (squared_threshold * end), end, mean_bound, kLogOdds)) {
+    if (cost >= cost_bound || is_hopeless(cost / (squared_threshold * end), end, mean_bound, log_odds)) {
       return RansacScore();
     }
     score.cost = cost;
@@ -210,10 +199,11 @@ void refine_camera_pose(const PointMatches& matches, double threshold, int max_i
 }
 
 void polish_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose) {
-  constexpr double kNoBound = std::numeric_limits<double>::infinity();
-  const RansacScore score = score_camera_pose(matches, *pose, threshold, kNoBound);
+  const RansacScore score =
+      score_camera_pose(matches, *pose, threshold, std::numeric_limits<double>::infinity());
   const double wide = noise_threshold(score, matches.size(), threshold, 2, 6);
-  const int num_data = score_camera_pose(matches, *pose, wide, kNoBound).num_inliers;
+  const int num_data =
+      score_camera_pose(matches, *pose, wide, std::numeric_limits<double>::infinity()).num_inliers;
   if (!noise_explains(num_data - score.num_inliers, num_data, threshold, wide)) return;
   refine_camera_pose(matches, wide, max_iterations, pose);
 }

@@ -30,9 +30,11 @@ using CameraPose = Motion;  // camera_from_map
 
 /// MSAC: the sum of min(e^2, threshold^2) over angles e (radians) between bearings and points; points behind
 /// the camera are outliers. Gives up with an infinite cost when it exceeds cost_bound or is all but sure to.
-/// inliers, if given, gets a flag a match.
+/// inliers, if given, gets a flag a match. log_odds: of rejecting a pose as good as the bound (is_hopeless).
+/// Here 1 in 20, as scoring dominates the time where nearly all matches are outliers. This costs 5 % more
+/// samples and halves their scoring time (Chum and Matas, Optimal randomized RANSAC, 2008).
 RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pose, double threshold,
-                              double cost_bound, std::vector<char>* inliers = nullptr);
+                              double cost_bound, std::vector<char>* inliers = nullptr, double log_odds = 3);
 
 /// Levenberg-Marquardt over the truncated squares of the angles; matches beyond the threshold at an iteration
 /// have no say in it. The truncated cost never grows.

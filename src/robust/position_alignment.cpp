@@ -12,13 +12,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Median of chi-squared with three degrees of freedom: of a squared distance in units of the variance per
-// axis.
-constexpr double kMedianSquaredError = 2.366;
-// Of the world's extent: what arithmetic leaves of an exact fit.
-constexpr double kLeastRelativeSigma = 1e-9;
-constexpr int kMaxRefinements = 30;
-
 using Pairs = std::vector<PositionPair>;
 
 double squared_error(const Sim3& world_from_map, const PositionPair& pair) {
@@ -88,11 +81,12 @@ bool sample(const Pairs& pairs, const PositionAlignmentOptions& options, Sim3* b
 
 /// Least squares on the inliers of the noise level that the median of the errors gives, until these stay.
 bool refine(const Pairs& pairs, const PositionAlignmentOptions& options, PositionAlignment* result) {
-  const double least_sigma = kLeastRelativeSigma * extent_of(pairs);
+  const double least_sigma = options.min_relative_sigma * extent_of(pairs);
   result->inliers.assign(pairs.size(), 0);
-  for (int i = 0; i < kMaxRefinements; ++i) {
-    const double variance = std::max(
-        median_squared_error(result->world_from_map, pairs) / kMedianSquaredError, least_sigma * least_sigma);
+  for (int i = 0; i < options.max_refinements; ++i) {
+    const double variance =
+        std::max(variance_of_median_square(median_squared_error(result->world_from_map, pairs)),
+                 least_sigma * least_sigma);
     std::vector<char> inliers;
     for (const PositionPair& pair : pairs) {
       inliers.push_back(squared_error(result->world_from_map, pair) <= options.max_squared_error * variance);

@@ -36,6 +36,10 @@ struct PositionAlignmentOptions {
   int min_inliers = 4;
   /// Smallest share of inliers; the median of the errors is meaningless below one half.
   double min_inlier_share = 0.5;
+  /// Smallest noise in units of the world's extent: rounding errors of an exact fit.
+  double min_relative_sigma = 1e-9;
+  /// Least-squares fits, each on the inliers of the one before; they settle after a few.
+  int max_refinements = 30;
   /// Relative standard deviation of the scale above which the alignment fails.
   double max_scale_sigma = 0.1;
   /// Standard deviation (deg) about the worst axis above which the known directions are used.

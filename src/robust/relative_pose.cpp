@@ -21,15 +21,6 @@ namespace {
 
 using ScoredTwoViews = ScoredModel<TwoViewModel>;
 
-constexpr int kLocalIterations = 4;   // of a model just sampled: enough to reach the basin's floor roughly
-constexpr int kFinalIterations = 25;  // of the hypotheses returned: narrow views have long flat valleys
-constexpr int kInnerSamples = 10;     // more hardly lower the errors any further
-// An alternative with fewer inliers than this share of the best one's explains another part of the scene, if
-// anything.
-constexpr double kAlternativeInlierShare = 0.5;
-constexpr double kTurnFactors[] = {-1.0, 0.4,
-                                   2.0};  // Necker's reversal, and down and up the bas-relief valley
-
 double rotation_angle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   // |A - B| = 2 sqrt(2) sin(angle / 2)
   return 2 * std::asin(std::min(1.0, (a - b).norm() / std::sqrt(8.0)));
@@ -59,7 +50,9 @@ class TwoViewEstimator {
     return score_two_views(pairs_, model, threshold_, cost_bound);
   }
 
-  void optimize(TwoViewModel* model) const { refine_two_views(pairs_, threshold_, kLocalIterations, model); }
+  void optimize(TwoViewModel* model) const {
+    refine_two_views(pairs_, threshold_, options_.local_iterations, model);
+  }
 
   bool is_equivalent(const TwoViewModel& a, const TwoViewModel& b) const {
     return rotation_angle(a.rotation, b.rotation) < options_.distinct_rotation &&
@@ -88,12 +81,9 @@ class LocalOptima {
     if (is_known(model)) {
       return;
     }
-    for (const int iterations : {kLocalIterations, kFinalIterations}) {
-      refine_two_views(pairs_, threshold_, iterations, &model,
-                       iterations == kLocalIterations ? PairsThatCount::kAll : PairsThatCount::kInFront);
-      if (is_known(model)) {
-        break;
-      }
+    refine_two_views(pairs_, threshold_, options_.local_iterations, &model, PairsThatCount::kAll);
+    if (!is_known(model)) {
+      refine_two_views(pairs_, threshold_, options_.final_iterations, &model);
     }
     insert(model);
   }
@@ -101,7 +91,8 @@ class LocalOptima {
   // Searches around the best optimum for a better one. The others are not searched, to keep them diverse: in
   // the flat valleys of narrow views the search would lead many of them to one optimum.
   void explore_best(std::uint64_t seed) {
-    change_best([&](TwoViewModel* m) { explore_two_views(pairs_, threshold_, kInnerSamples, seed, m); });
+    change_best(
+        [&](TwoViewModel* m) { explore_two_views(pairs_, threshold_, options_.inner_samples, seed, m); });
   }
 
   // Once no more are added: one that is not polished costs less than the best one polished.
@@ -109,9 +100,9 @@ class LocalOptima {
     change_best([&](TwoViewModel* m) {
       if (options_.without_accidental_matches) {
         const std::vector<char> flags = more_than_chance(pairs_, *m, plane.normal, threshold_);
-        polish_two_views(pairs_.with(flags), threshold_, kFinalIterations, m);
+        polish_two_views(pairs_.with(flags), threshold_, options_.final_iterations, m);
       } else {
-        polish_two_views(pairs_, threshold_, kFinalIterations, m);
+        polish_two_views(pairs_, threshold_, options_.final_iterations, m);
       }
     });
   }
@@ -157,6 +148,12 @@ void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<E
     throw std::invalid_argument(
         "RelativePoseOptions: distinct_rotation and distinct_translation must be at least 0");
   }
+  if (options.local_iterations < 0 || options.final_iterations < 0 || options.inner_samples < 0 ||
+      !(options.min_alternative_inliers >= 0 && options.min_alternative_inliers <= 1)) {
+    throw std::invalid_argument(
+        "RelativePoseOptions: local_iterations, final_iterations and inner_samples must be at least 0, "
+        "min_alternative_inliers from 0 to 1");
+  }
   if (bearings1.size() != bearings2.size()) {
     throw std::invalid_argument("estimate_relative_pose: " + std::to_string(bearings1.size()) +
                                 " bearings in the first image, expected the number of the second image, " +
@@ -181,13 +178,13 @@ Support support_of(const TwoViewModel& motion, const BearingPairs& pairs, const 
 
 // Motions that are hard to distinguish from the best one: the second solution of the dominant plane, and
 // motions with reversed or scaled rotation.
-std::vector<TwoViewModel> ambiguous_motions(const Support& best) {
+std::vector<TwoViewModel> ambiguous_motions(const Support& best, const RelativePoseOptions& options) {
   std::vector<TwoViewModel> motions;
   TwoViewModel motion;
   if (second_planar_solution(best.motion, best.plane.normal, &motion)) {
     motions.push_back(motion);
   }
-  for (const double factor : kTurnFactors) {
+  for (const double factor : options.rotation_factors) {
     if (turn_scaled(best.inliers, best.motion, factor, &motion)) {
       motions.push_back(motion);
     }
@@ -242,7 +239,7 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   optima.explore_best(options.ransac.seed);
   Support best = support_of(optima.best().model, pairs, options.ransac);
   const double cost = optima.best().score.cost;
-  for (const TwoViewModel& motion : ambiguous_motions(best)) {
+  for (const TwoViewModel& motion : ambiguous_motions(best, options)) {
     optima.add(motion);
   }
   if (optima.best().score.cost < cost) best = support_of(optima.best().model, pairs, options.ransac);
@@ -252,7 +249,7 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   report.rotation_only = Eigen::Quaterniond(rotation.rotation).normalized();
   optima.polish_best(best.plane);
   for (const ScoredTwoViews& optimum : optima.models()) {
-    if (optimum.score.num_inliers >= kAlternativeInlierShare * optima.best().score.num_inliers) {
+    if (optimum.score.num_inliers >= options.min_alternative_inliers * optima.best().score.num_inliers) {
       report.hypotheses.push_back(to_hypothesis(pairs, optimum, threshold, bearings1.size()));
     }
   }

@@ -10,9 +10,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// After so many draws PROSAC is plain random sampling: T_N of the paper.
-constexpr double kUniformAfter = 200000;
-
 // Rejection: samples are far smaller than the data, or the data so few that it hardly matters.
 void draw_distinct(Random* random, int num_data, int count, int* sample) {
   for (int i = 0; i < count; ++i) {
@@ -46,11 +43,11 @@ void UniformSampler::draw(Random* random, int* sample) {
   draw_distinct(random, num_data_, sample_size_, sample);
 }
 
-ProsacSampler::ProsacSampler(const std::vector<float>& quality, int sample_size)
+ProsacSampler::ProsacSampler(const std::vector<float>& quality, int sample_size, double uniform_after)
     : order_(quality.size()),
       sample_size_(sample_size),
       subset_size_(sample_size),
-      expected_draws_(kUniformAfter) {
+      expected_draws_(uniform_after) {
   require_enough(quality.size(), sample_size);
   const auto rank = [&](int i) {
     return std::isnan(quality[i]) ? std::numeric_limits<float>::infinity() : quality[i];

@@ -32,8 +32,8 @@ class UniformSampler {
 class ProsacSampler {
  public:
   /// quality: one value a datum, smaller is better, not a number counts as worst; at least sample_size of
-  /// them.
-  ProsacSampler(const std::vector<float>& quality, int sample_size);
+  /// them. uniform_after: draws after which it is plain random sampling (T_N of the paper).
+  ProsacSampler(const std::vector<float>& quality, int sample_size, double uniform_after = 200000);
 
   void draw(Random* random, int* sample);
 
@@ -47,7 +47,7 @@ class ProsacSampler {
   int sample_size_;
   int subset_size_;          // n
   long long draws_ = 0;      // t
-  double expected_draws_;    // T_n: samples within the n best, of kUniformAfter drawn from all
+  double expected_draws_;    // T_n: samples within the n best, of uniform_after drawn from all
   long long growth_at_ = 1;  // T'_n: the draw from which on the subset must be larger
 };
 

@@ -21,9 +21,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr double kNoBound = std::numeric_limits<double>::infinity();
-constexpr int kIterations = 20;  // of the result; quadratic convergence ends it after a few
-
 struct RayEquations : NormalEquations<kSimilarityParameters> {
   double squares = 0;
   int residuals = 0;
@@ -53,7 +50,7 @@ struct RayProblem {
   const std::vector<RayToPoint>& rays;
   double threshold;
 
-  RansacScore score(const Sim3& b_from_a, double cost_bound = kNoBound,
+  RansacScore score(const Sim3& b_from_a, double cost_bound = std::numeric_limits<double>::infinity(),
                     std::vector<char>* inliers = nullptr) const {
     const Sim3 a_from_b = b_from_a.inverse();
     const double limit = threshold * threshold;
@@ -124,9 +121,8 @@ std::optional<Sim3> with_scale_of(const RayToPoint& ray, bool is_of_own, const R
   return Sim3(scale, camera_from_other.rotation, center + scale * camera_from_other.translation);
 }
 
-// The rays of the cameras of either map that have most: a few cameras determine the similarity.
-std::vector<std::vector<RayToPoint>> by_camera(const std::vector<RayToPoint>& rays) {
-  constexpr std::size_t kMost = 6;  // cameras of each map
+// The rays of at most so many cameras of each map, those that have most.
+std::vector<std::vector<RayToPoint>> by_camera(const std::vector<RayToPoint>& rays, std::size_t most) {
   std::map<std::pair<bool, int>, std::vector<RayToPoint>> all;
   for (const RayToPoint& ray : rays) all[{ray.is_of_a, ray.camera}].push_back(ray);
   std::array<std::vector<std::vector<RayToPoint>>, 2> of_map;
@@ -135,7 +131,7 @@ std::vector<std::vector<RayToPoint>> by_camera(const std::vector<RayToPoint>& ra
   for (auto& cameras : of_map) {
     std::stable_sort(cameras.begin(), cameras.end(),
                      [](const auto& one, const auto& other) { return one.size() > other.size(); });
-    if (cameras.size() > kMost) cameras.resize(kMost);
+    if (cameras.size() > most) cameras.resize(most);
     std::move(cameras.begin(), cameras.end(), std::back_inserter(chosen));
   }
   return chosen;
@@ -144,11 +140,11 @@ std::vector<std::vector<RayToPoint>> by_camera(const std::vector<RayToPoint>& ra
 // The similarity of the lowest cost among those from the pose of one camera and the scale of one ray of
 // another. inliers: the sum over the cameras, each with its own pose.
 std::optional<Sim3> best_by_cameras(const std::vector<std::vector<RayToPoint>>& cameras,
-                                    const RayProblem& problem, const RansacOptions& ransac, int* inliers) {
-  constexpr std::size_t kScales = 25;  // tried for each camera
+                                    const RayProblem& problem, const SimilarityOptions& options,
+                                    int* inliers) {
   std::optional<Sim3> best;
   double best_cost = std::numeric_limits<double>::infinity();
-  const std::size_t step = 1 + problem.rays.size() / kScales;
+  const std::size_t step = 1 + problem.rays.size() / options.max_scales;
   for (const std::vector<RayToPoint>& own : cameras) {
     std::vector<Eigen::Vector3d> bearings, points;
     for (const RayToPoint& ray : own) {
@@ -156,7 +152,7 @@ std::optional<Sim3> best_by_cameras(const std::vector<std::vector<RayToPoint>>& 
       points.push_back(ray.x);
     }
     const AbsolutePoseReport pose =
-        estimate_absolute_pose(bearings, points, AbsolutePoseOptions::in_growing_map(ransac));
+        estimate_absolute_pose(bearings, points, AbsolutePoseOptions::in_growing_map(options.ransac));
     if (!pose.success) continue;
     *inliers += pose.num_inliers;
     for (std::size_t i = 0; i < problem.rays.size(); i += step) {
@@ -181,16 +177,17 @@ SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& ra
   require_options(options);
   SimilarityReport report;
   report.inliers.assign(rays.size(), 0);
-  const std::vector<std::vector<RayToPoint>> cameras = by_camera(rays);
+  const std::vector<std::vector<RayToPoint>> cameras = by_camera(rays, options.max_cameras);
   std::vector<RayToPoint> of_cameras;
   for (const auto& own : cameras) of_cameras.insert(of_cameras.end(), own.begin(), own.end());
   const RayProblem problem{rays, options.ransac.threshold}, few{of_cameras, options.ransac.threshold};
   int inliers_one_by_one = 0;
-  const std::optional<Sim3> start = best_by_cameras(cameras, few, options.ransac, &inliers_one_by_one);
+  const std::optional<Sim3> start = best_by_cameras(cameras, few, options, &inliers_one_by_one);
   if (!start) return report;
   report.b_from_a = *start;
-  levenberg_marquardt(problem, {kIterations, 1e-9, 0}, &report.b_from_a);
-  const RansacScore score = problem.score(report.b_from_a, kNoBound, &report.inliers);
+  levenberg_marquardt(problem, {options.max_iterations, 1e-9, 0}, &report.b_from_a);
+  const RansacScore score =
+      problem.score(report.b_from_a, std::numeric_limits<double>::infinity(), &report.inliers);
   report.score = score.cost;
   report.num_inliers = score.num_inliers;
   const RayEquations equations = problem.linearize(report.b_from_a);

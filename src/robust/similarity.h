@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <vector>
 
@@ -28,16 +29,19 @@ struct SimilarityMatch {
 };
 
 struct SimilarityOptions {
-  static constexpr double kThresholdSigmas = 3;
-  // threshold: angle in radians between a viewing ray and the other map's point; it is kThresholdSigmas
-  // standard deviations
+  // threshold: angle in radians between a viewing ray and the other map's point
   RansacOptions ransac;
+  double threshold_sigmas = 3;  // standard deviations of this angle in the threshold
   /// Largest standard deviation of the rotation about the worst axis (deg). It is large when all inliers lie
   /// near one line. A less certain rotation would distort a map more than drift does.
   double max_rotation_sigma_deg = 2;
   /// Largest relative standard deviation of the scale. A wrong scale distorts a map where its parts are
   /// joined, and the following bundle adjustment must be able to correct that.
   double max_scale_sigma = 0.1;
+
+  int max_iterations = 20;      // of the last refinement; quadratic convergence ends it after a few
+  std::size_t max_cameras = 6;  // of each map, those with most rays: a few determine the similarity
+  std::size_t max_scales = 25;  // tried for each camera, from rays of the others
 };
 
 struct SimilarityReport {

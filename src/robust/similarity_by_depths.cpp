@@ -15,10 +15,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kIterations = 20;  // quadratic convergence ends it after a few
-// Fewer gradients than this leave their scatter singular.
-constexpr std::size_t kFewestPoints = kSimilarityParameters + 1;
-
 // The errors of a match in both directions.
 struct BothErrors {
   BothErrors(const SimilarityMatch& m, const Sim3& b_from_a, const Sim3& a_from_b, double sigma)
@@ -30,10 +26,10 @@ struct BothErrors {
 
 struct ByDepths {
   const std::vector<SimilarityMatch>& matches;
-  double threshold;
+  double threshold, sigma;  // of an angle, rad
 
   BothErrors errors(const SimilarityMatch& match, const Sim3& b_from_a, const Sim3& a_from_b) const {
-    return BothErrors(match, b_from_a, a_from_b, threshold / SimilarityOptions::kThresholdSigmas);
+    return BothErrors(match, b_from_a, a_from_b, sigma);
   }
 
   double cost(const Sim3& b_from_a) const {
@@ -85,15 +81,15 @@ std::vector<MatchesOfPoint> by_point(const std::vector<SimilarityMatch>& matches
 
 // Uncertainty from the scatter of the gradients per point (Huber 1967): all observations of a point, in both
 // directions, share its depth error. At least the uncertainty for independent errors.
-Uncertainty by_gradients(const std::vector<MatchesOfPoint>& points, double threshold, const Sim3& b_from_a) {
+Uncertainty by_gradients(const std::vector<MatchesOfPoint>& points, double threshold, double sigma,
+                         const Sim3& b_from_a) {
   SimilarityInformation information = SimilarityInformation::Zero(), scatter = SimilarityInformation::Zero();
   for (const MatchesOfPoint& observations : points) {
-    const SimilarityEquations equations = ByDepths{observations, threshold}.linearize(b_from_a);
+    const SimilarityEquations equations = ByDepths{observations, threshold, sigma}.linearize(b_from_a);
     information += equations.information;
     scatter += equations.gradient * equations.gradient.transpose();
   }
   const SimilarityInformation inverse = inverse_of(information);
-  const double sigma = threshold / SimilarityOptions::kThresholdSigmas;
   // A point constrains three of the seven parameters.
   const double told = 3.0 * static_cast<double>(points.size());
   return greater(uncertainty_of(sigma * sigma * inverse),
@@ -106,12 +102,13 @@ SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>&
                                              const SimilarityOptions& options, const Sim3& start) {
   require_options(options);
   const UsableMatches usable(matches);
-  const ByDepths problem = {usable.data, options.ransac.threshold};
+  const ByDepths problem = {usable.data, options.ransac.threshold,
+                            options.ransac.threshold / options.threshold_sigmas};
   const double limit = problem.threshold * problem.threshold;
   SimilarityReport report;
   report.inliers.assign(matches.size(), 0);
   report.b_from_a = start;
-  report.score = levenberg_marquardt(problem, {kIterations, 1e-9, 0}, &report.b_from_a) +
+  report.score = levenberg_marquardt(problem, {options.max_iterations, 1e-9, 0}, &report.b_from_a) +
                  static_cast<double>(usable.all - usable.data.size()) * limit;
   const Sim3 a_from_b = report.b_from_a.inverse();
   std::vector<SimilarityMatch> inliers;
@@ -123,10 +120,12 @@ SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>&
   }
   report.num_inliers = static_cast<int>(inliers.size());
   const std::vector<MatchesOfPoint> points = by_point(inliers);
-  if (points.size() < kFewestPoints) return report;
+  // Fewer gradients leave their scatter singular.
+  if (points.size() <= std::size_t{kSimilarityParameters}) return report;
   std::vector<SimilarityMatch> once;
   for (const MatchesOfPoint& observations : points) once.push_back(observations.front());
-  judge(greater(by_gradients(points, problem.threshold, report.b_from_a), by_points(once, report.b_from_a)),
+  judge(greater(by_gradients(points, problem.threshold, problem.sigma, report.b_from_a),
+                by_points(once, report.b_from_a)),
         options, &report);
   return report;
 }

@@ -69,8 +69,7 @@ Uncertainty by_points(const std::vector<SimilarityMatch>& inliers, const Sim3& b
     mean += m.in_b.x / inliers.size();
     squares.push_back((b_from_a * m.in_a.x - m.in_b.x).squaredNorm());
   }
-  constexpr double kMedianOfChi2 = 2.366;  // three degrees of freedom
-  const double variance = median(std::move(squares)) / kMedianOfChi2;
+  const double variance = variance_of_median_square(median(std::move(squares)));
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const SimilarityMatch& m : inliers) scatter += (m.in_b.x - mean) * (m.in_b.x - mean).transpose();
   const Eigen::Vector3d spread = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues();

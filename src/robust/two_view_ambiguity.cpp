@@ -29,9 +29,9 @@ RansacOptions fit_options(double threshold, std::uint64_t seed) {
 // given row by row: the noise of both views adds up in them, which makes them comparable with Sampson errors.
 // One is added where the map is to the other side.
 MPT_FUNCTION_CLONES_FOR("avx2")
-void transfer_errors(const PairBlock& block, const double (&h)[9], double (&__restrict squared)[kPairBlock]) {
+void transfer_errors(const PairBlock& block, const double (&h)[9], double (&__restrict squared)[kBlockSize]) {
   const auto& [x1, x2] = block;
-  for (int i = 0; i < kPairBlock; ++i) {
+  for (int i = 0; i < kBlockSize; ++i) {
     const double x = h[0] * x1[0][i] + h[1] * x1[1][i] + h[2] * x1[2][i];
     const double y = h[3] * x1[0][i] + h[4] * x1[1][i] + h[5] * x1[2][i];
     const double z = h[6] * x1[0][i] + h[7] * x1[1][i] + h[8] * x1[2][i];
@@ -47,7 +47,7 @@ RansacScore score_map(const BearingPairs& pairs, const Eigen::Matrix3d& map, dou
                       double cost_bound, std::vector<char>* inliers = nullptr) {
   double rows[9];
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows) << map;
-  const auto squared_of = [&](int begin, double(&squared)[kPairBlock]) {
+  const auto squared_of = [&](int begin, double(&squared)[kBlockSize]) {
     transfer_errors(PairBlock(pairs, begin), rows, squared);
   };
   return score_pairs(pairs.size(), threshold, cost_bound, squared_of, inliers);

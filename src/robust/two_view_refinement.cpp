@@ -19,8 +19,9 @@ namespace mono_pose_tracker {
 
 namespace {
 
+// Of an angle, rad: with the larger one no pair is behind a camera.
 double tolerance_of(PairsThatCount which, double threshold) {
-  return which == PairsThatCount::kAll ? kAnyDistance : threshold;
+  return which == PairsThatCount::kAll ? 1e100 : threshold;
 }
 
 Eigen::Matrix<double, 3, 2> tangent_basis(const Eigen::Vector3d& direction) {
@@ -35,11 +36,11 @@ double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, doub
                       PairsThatCount which) {
   const double squared_threshold = threshold * threshold;
   const MotionRows motion(model);
-  double sums[kPairBlock] = {}, squared[kPairBlock];
-  for (int begin = 0; begin < pairs.size(); begin += kPairBlock) {
+  double sums[kBlockSize] = {}, squared[kBlockSize];
+  for (int begin = 0; begin < pairs.size(); begin += kBlockSize) {
     squared_errors(PairBlock(pairs, begin), motion, tolerance_of(which, threshold), squared_threshold,
                    squared);
-    for (int i = 0; i < kPairBlock; ++i) sums[i] += std::min(squared[i], squared_threshold);
+    for (int i = 0; i < kBlockSize; ++i) sums[i] += std::min(squared[i], squared_threshold);
   }
   return std::accumulate(std::begin(sums), std::end(sums), 0.0);  // the padding's errors are zero
 }
@@ -53,9 +54,9 @@ constexpr int kSums = 20;
 // = (t + basis d) normalised; order w, d. basis: one vector after the other.
 MPT_FUNCTION_CLONES_FOR("avx2")
 void add_equations(const PairBlock& block, const MotionRows& motion, const double (&basis)[6],
-                   double tolerance, double squared_threshold, double (&__restrict sums)[kSums][kPairBlock]) {
+                   double tolerance, double squared_threshold, double (&__restrict sums)[kSums][kBlockSize]) {
   const auto& t = motion.t;
-  for (int i = 0; i < kPairBlock; ++i) {
+  for (int i = 0; i < kBlockSize; ++i) {
     const PairUnderMotion p = under_motion(block, motion, tolerance, i);
     const double weight = p.squared(squared_threshold) < squared_threshold ? p.inverse : 0;
     const double constraint = p.constraint;
@@ -95,9 +96,9 @@ void add_equations(const PairBlock& block, const MotionRows& motion, const doubl
 Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
                     PairsThatCount which) {
   const MotionRows motion(model);
-  double basis[6], sums[kSums][kPairBlock] = {};
+  double basis[6], sums[kSums][kBlockSize] = {};
   Eigen::Map<Eigen::Matrix<double, 3, 2>>(basis) << tangent_basis(model.translation);
-  for (int begin = 0; begin < pairs.size(); begin += kPairBlock) {
+  for (int begin = 0; begin < pairs.size(); begin += kBlockSize) {
     add_equations(PairBlock(pairs, begin), motion, basis, tolerance_of(which, threshold),
                   threshold * threshold, sums);
   }
@@ -155,28 +156,23 @@ double refine_two_views(const BearingPairs& pairs, double threshold, int max_ite
 }
 
 void explore_two_views(const BearingPairs& pairs, double threshold, int samples, std::uint64_t seed,
-                       TwoViewModel* model) {
-  // Of the inliers, at most half: more would lead to where the model is already.
-  constexpr int kSampleSize = 25, kLeastSampleSize = 8;
-  constexpr int kSampleIterations = 4, kIterations = 25;
-  constexpr double kAllCount = 0.4;      // rad, as good as no threshold
-  constexpr int kMostInVain = 4;         // in a row: there is but one minimum, as far as this sees
-  constexpr double kLowered = 1 - 1e-5;  // less is the same minimum
+                       TwoViewModel* model, const InnerSamplingOptions& options) {
   Random random(seed);
-  double best = refine_two_views(pairs, threshold, kIterations, model);
+  double best = refine_two_views(pairs, threshold, options.iterations, model);
   std::vector<char> inliers;
   int in_vain = 0;
-  for (int sample = 0; sample < samples && in_vain < kMostInVain; ++sample) {
+  for (int sample = 0; sample < samples && in_vain < options.most_in_vain; ++sample) {
     const RansacScore score =
         score_two_views(pairs, *model, threshold, std::numeric_limits<double>::infinity(), &inliers);
-    const int size = std::min(kSampleSize, score.num_inliers / 2);
-    if (size < kLeastSampleSize) return;
+    const int size = std::min(options.sample_size, score.num_inliers / 2);
+    if (size < options.least_sample_size) return;
     TwoViewModel candidate = *model;
-    refine_two_views(some_of(pairs, inliers, size, &random), kAllCount, kSampleIterations, &candidate);
-    const double cost = refine_two_views(pairs, threshold, kIterations, &candidate);
+    refine_two_views(some_of(pairs, inliers, size, &random), options.all_count, options.sample_iterations,
+                     &candidate);
+    const double cost = refine_two_views(pairs, threshold, options.iterations, &candidate);
     ++in_vain;
     if (cost < best) {
-      in_vain = cost < kLowered * best ? 0 : in_vain;
+      in_vain = cost < (1 - options.min_decrease) * best ? 0 : in_vain;
       best = cost;
       *model = candidate;
     }

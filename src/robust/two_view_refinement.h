@@ -15,11 +15,22 @@ enum class PairsThatCount { kInFront, kAll };
 double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model,
                         PairsThatCount which = PairsThatCount::kInFront);
 
+/// Inner samples of explore_two_views.
+struct InnerSamplingOptions {
+  int sample_size = 25;        // of the inliers, at most half: more would lead to where the model is already
+  int least_sample_size = 8;   // with fewer nothing is sampled
+  int sample_iterations = 4;   // of the refinement with a sample
+  int iterations = 25;         // of the refinement with all pairs
+  double all_count = 0.4;      // rad, the threshold for a sample: as good as none
+  int most_in_vain = 4;        // samples in a row without a lower cost: there is only one minimum nearby
+  double min_decrease = 1e-5;  // relative; less is the same minimum
+};
+
 /// Escapes local minima of the truncated cost: refines from this many random samples of the inliers and keeps
 /// the solution with the lowest cost (inner sampling of Chum, Matas and Kittler 2003). With 0 samples it is
 /// refine_two_views.
 void explore_two_views(const BearingPairs& pairs, double threshold, int samples, std::uint64_t seed,
-                       TwoViewModel* model);
+                       TwoViewModel* model, const InnerSamplingOptions& options = {});
 
 /// refine_two_views with the threshold that the errors' noise suggests.
 void polish_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model);

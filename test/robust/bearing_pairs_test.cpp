@@ -42,10 +42,10 @@ TEST(SquaredErrors, AgreeWithThePlainFormulas) {
     TwoViewModel model = model_of(scene.second_from_first);
     if (seed % 2 == 1) model.rotation.transposeInPlace();
     const Eigen::Matrix3d essential = essential_matrix(Rigid3(model.rotation, model.translation));
-    for (int begin = 0; begin < pairs.size(); begin += kPairBlock) {
-      double squared[kPairBlock];
+    for (int begin = 0; begin < pairs.size(); begin += kBlockSize) {
+      double squared[kBlockSize];
       squared_errors(PairBlock(pairs, begin), MotionRows(model), kTolerance, 1, squared);
-      for (int i = begin; i < std::min(begin + kPairBlock, pairs.size()); ++i) {
+      for (int i = begin; i < std::min(begin + kBlockSize, pairs.size()); ++i) {
         const Eigen::Vector3d x1 = pairs.first()[i], x2 = pairs.second()[i];
         const double error = sampson_error(essential, x1, x2);
         const bool front = may_be_in_front(model, x1, x2, kTolerance);

@@ -16,6 +16,13 @@ struct AbsolutePoseOptions {
   // precise as least squares of the correct matches. Left out where more matches lie beyond the threshold
   // than noise explains, as in a map that drifts. Score and inliers are of the pose before this step.
   bool refined_within_noise = true;
+  int local_iterations = 5;   // of the refinement of a model just sampled, at least 0
+  int final_iterations = 20;  // of the result, at least 1; quadratic convergence ends it after a few
+  // Of asks_outliers. Where far points leave the position open, it can be fitted to one or two outliers; one
+  // of thirty within reach joins them by chance.
+  int min_outliers = 5;  // that the pose has to explain in addition, at least 1
+  double reach = 32;  // thresholds, positive, within which outliers are asked: beyond, Cauchy's loss gives a
+                      // match less than a thousandth of its weight
 
   /// For a pose in a map that is being made: its points drift, and bundle adjustment refines the pose.
   static AbsolutePoseOptions in_growing_map(const RansacOptions& ransac) {

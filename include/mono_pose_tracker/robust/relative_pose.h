@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "mono_pose_tracker/common/rigid3.h"
@@ -17,6 +18,15 @@ struct RelativePoseOptions {
   // accidental_matches.h) from the last refinement of the best hypothesis. Meant for wrong matches spread
   // over the whole image, not for those of a repeated texture or of an independently moving object.
   bool without_accidental_matches = true;
+  int local_iterations = 4;   // of a model just sampled, at least 0: enough to get near the minimum
+  int final_iterations = 25;  // of the hypotheses returned, at least 0: narrow views have long flat valleys
+  int inner_samples = 10;     // around the best hypothesis, at least 0; more hardly lower the errors further
+  // Share of the best hypothesis' inliers, in [0, 1]: an alternative with fewer explains another part of the
+  // scene, if anything.
+  double min_alternative_inliers = 0.5;
+  // Factors of the rotation for alternatives to the best hypothesis: depth reversal (Necker), and both
+  // directions along the bas-relief ambiguity.
+  std::array<double, 3> rotation_factors = {-1.0, 0.4, 2.0};
   std::vector<float> quality;  // empty, or one value a pair, smaller is better (PROSAC order)
 };
 
