@@ -9,6 +9,7 @@
 #include "common/toolchain.h"
 #include "descriptor_distances.h"
 #include "mono_pose_tracker/features/feature_grid.h"
+#include "sift_descriptor.h"
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <immintrin.h>
@@ -42,9 +43,8 @@ FeatureGrid::FeatureGrid(const FeatureSet& features, int width, int height, int 
 
 namespace {
 
-constexpr int kSize = 128;       // of a descriptor
 constexpr int kPacketSize = 16;  // rows of a block that one instruction serves
-constexpr int kGroup = kPacketSize * kSize;
+constexpr int kGroup = kPacketSize * kDescriptorSize;
 
 #ifdef MPT_HAS_DOT_PRODUCTS
 #define MPT_DOT_PRODUCTS __attribute__((target("avx512f,avx512vnni")))
@@ -59,21 +59,20 @@ MPT_DOT_PRODUCTS __m512i broadcast_four(const std::int8_t* bytes) {
 // Of four rows of a, one after the other, with the rows of a block's groups.
 MPT_DOT_PRODUCTS void dot_products(const std::int8_t* a, const std::uint8_t* groups, int count, int* out) {
   static_assert(DescriptorDistances::kRows == 4);
-  constexpr int kStep = DescriptorDistances::kBlock;
   for (int g = 0; g < count; ++g) {
     __m512i s0 = _mm512_setzero_si512(), s1 = s0, s2 = s0, s3 = s0;
-    for (int i = 0; i < kSize; i += 4) {
+    for (int i = 0; i < kDescriptorSize; i += 4) {
       const __m512i b = _mm512_loadu_si512(groups + kGroup * g + kPacketSize * i);
       s0 = _mm512_dpbusd_epi32(s0, b, broadcast_four(a + i));
-      s1 = _mm512_dpbusd_epi32(s1, b, broadcast_four(a + kSize + i));
-      s2 = _mm512_dpbusd_epi32(s2, b, broadcast_four(a + 2 * kSize + i));
-      s3 = _mm512_dpbusd_epi32(s3, b, broadcast_four(a + 3 * kSize + i));
+      s1 = _mm512_dpbusd_epi32(s1, b, broadcast_four(a + kDescriptorSize + i));
+      s2 = _mm512_dpbusd_epi32(s2, b, broadcast_four(a + 2 * kDescriptorSize + i));
+      s3 = _mm512_dpbusd_epi32(s3, b, broadcast_four(a + 3 * kDescriptorSize + i));
     }
     int* to = out + kPacketSize * g;
     _mm512_storeu_si512(to, s0);
-    _mm512_storeu_si512(to + kStep, s1);
-    _mm512_storeu_si512(to + 2 * kStep, s2);
-    _mm512_storeu_si512(to + 3 * kStep, s3);
+    _mm512_storeu_si512(to + DescriptorDistances::kBlock, s1);
+    _mm512_storeu_si512(to + 2 * DescriptorDistances::kBlock, s2);
+    _mm512_storeu_si512(to + 3 * DescriptorDistances::kBlock, s3);
   }
 }
 #else
@@ -96,7 +95,7 @@ MPT_FUNCTION_CLONES void distances2_to_rows(const std::uint8_t* a, const std::ui
   for (int r = 0; r < count; ++r) {
     const std::uint8_t* b = rows + r * step;
     int sum = 0;
-    for (int i = 0; i < kSize; ++i) {
+    for (int i = 0; i < kDescriptorSize; ++i) {
       const std::int16_t d = static_cast<std::int16_t>(a[i] - b[i]);
       sum += static_cast<int>(d) * d;
     }
@@ -121,17 +120,17 @@ DescriptorDistances::DescriptorDistances(const cv::Mat& first, const cv::Mat& se
 
 void DescriptorDistances::pack_first() {
   const int rows = rounded_up(first_.rows, kRows);
-  signed_first_.assign(static_cast<std::size_t>(rows) * kSize, 0);
+  signed_first_.assign(static_cast<std::size_t>(rows) * kDescriptorSize, 0);
   first_terms_.assign(rows, 0);
   for (int i = 0; i < first_.rows; ++i) {
     const std::uint8_t* row = first_.ptr<std::uint8_t>(i);
-    std::int8_t* to = &signed_first_[static_cast<std::size_t>(i) * kSize];
-    for (int k = 0; k < kSize; ++k) {
+    std::int8_t* to = &signed_first_[static_cast<std::size_t>(i) * kDescriptorSize];
+    for (int k = 0; k < kDescriptorSize; ++k) {
       to[k] = static_cast<std::int8_t>(row[k] - 128);
       first_terms_[i] += row[k] * row[k];
     }
   }
-  block_bytes_.assign(kBlock * kSize, 0);
+  block_bytes_.assign(kBlock * kDescriptorSize, 0);
   block_terms_.assign(kBlock, 0);
 }
 
@@ -147,16 +146,16 @@ void DescriptorDistances::pack_block() {
     const std::uint8_t* row = second_.ptr<std::uint8_t>(begin_ + j);
     std::uint8_t* to = &block_bytes_[kGroup * (j / kPacketSize) + 4 * (j % kPacketSize)];
     int term = 0;
-    for (int k = 0; k < kSize; ++k) term += row[k] * (row[k] - 2 * 128);
+    for (int k = 0; k < kDescriptorSize; ++k) term += row[k] * (row[k] - 2 * 128);
     block_terms_[j] = term;
-    for (int k = 0; k < kSize; k += 4) std::memcpy(to + kPacketSize * k, row + k, 4);
+    for (int k = 0; k < kDescriptorSize; k += 4) std::memcpy(to + kPacketSize * k, row + k, 4);
   }
 }
 
 void DescriptorDistances::find(int row, int* result) const {
   if (instructions_ == Instructions::kDotProducts) {
     const int count = rounded_up(count_, kPacketSize);  // of a block that is not full no more is written
-    dot_products(&signed_first_[static_cast<std::size_t>(row) * kSize], block_bytes_.data(),
+    dot_products(&signed_first_[static_cast<std::size_t>(row) * kDescriptorSize], block_bytes_.data(),
                  count / kPacketSize, result);
     for (int r = 0; r < kRows; ++r) {
       to_distances(first_terms_[row + r], block_terms_.data(), count, result + kBlock * r);
@@ -173,8 +172,7 @@ namespace {
 
 // The nearest to each row of a block, of the rows that have been offered.
 struct NearestOfBlock {
-  static constexpr int kBlock = DescriptorDistances::kBlock;
-  std::array<int, kBlock> index, best;
+  std::array<int, DescriptorDistances::kBlock> index, best;
 
   NearestOfBlock() {
     index.fill(NearestTwo().index);
@@ -184,7 +182,7 @@ struct NearestOfBlock {
 
 // Without a branch, for all of a block at once.
 MPT_FUNCTION_CLONES void offer_to_each(int candidate, const int* distances, NearestOfBlock* nearest) {
-  for (int j = 0; j < NearestOfBlock::kBlock; ++j) {
+  for (int j = 0; j < DescriptorDistances::kBlock; ++j) {
     const int d = distances[j], best = nearest->best[j];
     nearest->index[j] = d < best ? candidate : nearest->index[j];
     nearest->best[j] = std::min(best, d);
@@ -222,18 +220,17 @@ std::vector<Match> match_descriptors(const cv::Mat& first, const cv::Mat& second
   if (first.rows == 0 || second.rows == 0) return matches;
   std::vector<NearestTwo> of_first(first.rows);
   std::vector<int> of_second(second.rows);  // the nearest
-  constexpr int kBlock = DescriptorDistances::kBlock, kRows = DescriptorDistances::kRows;
   DescriptorDistances distances(first, second);
-  std::array<int, kBlock * kRows> found{};
-  for (int begin = 0; begin < second.rows; begin += kBlock) {
+  std::array<int, DescriptorDistances::kBlock * DescriptorDistances::kRows> found{};
+  for (int begin = 0; begin < second.rows; begin += DescriptorDistances::kBlock) {
     if (is_set(options.cancelled)) return matches;
     const int count = distances.take_block(begin);
     NearestOfBlock of_block;
-    for (int i = 0; i < first.rows; i += kRows) {
+    for (int i = 0; i < first.rows; i += DescriptorDistances::kRows) {
       distances.find(i, found.data());
-      for (int r = 0; r < std::min(kRows, first.rows - i); ++r) {
-        offer_all(begin, &found[kBlock * r], count, &of_first[i + r]);
-        offer_to_each(i + r, &found[kBlock * r], &of_block);
+      for (int r = 0; r < std::min(DescriptorDistances::kRows, first.rows - i); ++r) {
+        offer_all(begin, &found[DescriptorDistances::kBlock * r], count, &of_first[i + r]);
+        offer_to_each(i + r, &found[DescriptorDistances::kBlock * r], &of_block);
       }
     }
     std::copy_n(of_block.index.begin(), count, of_second.begin() + begin);

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/rotation.h"
 #include "common/toolchain.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "sift_descriptor.h"
@@ -32,6 +33,10 @@ namespace {
 /// cells get more than their share, but not at the cost of all others.
 class FeatureBudget {
  public:
+  /// Cells along the longer side of the image. 12 are small enough to show where an image is bare, and large
+  /// enough to hold a dozen features of a budget of 1,000 to 2,000.
+  explicit FeatureBudget(int cells = 12) : cells_(cells) {}
+
   /// Indices of the chosen features, ordered by falling response, of equal ones the first. budget 0: all.
   /// Valid until the next call.
   const std::vector<int>& choose(const std::vector<Feature>& features, const cv::Size& image, int budget);
@@ -39,14 +44,11 @@ class FeatureBudget {
  private:
   void score_by_cell(const std::vector<Feature>& features, const cv::Size& image, int budget);
 
+  int cells_;
   std::vector<int> order_;
   std::vector<float> score_;
   std::vector<int> cell_count_;
 };
-
-// Cells along the longer side: small enough to see where an image is bare, large enough to hold a dozen
-// features of a budget of 1,000 to 2,000.
-constexpr int kCellsAlongLongerSide = 12;
 
 /// By decreasing response; a total order, so that results do not depend on the order of detection.
 bool is_stronger(const Feature& a, const Feature& b) {
@@ -75,7 +77,8 @@ const std::vector<int>& FeatureBudget::choose(const std::vector<Feature>& featur
 }
 
 void FeatureBudget::score_by_cell(const std::vector<Feature>& features, const cv::Size& image, int budget) {
-  const float cell_size = static_cast<float>(std::max(image.width, image.height)) / kCellsAlongLongerSide;
+  const float cell_size =
+      static_cast<float>(std::max(image.width, image.height)) / static_cast<float>(cells_);
   const int columns = static_cast<int>(std::ceil(image.width / cell_size));
   const int rows = static_cast<int>(std::ceil(image.height / cell_size));
   const float share = static_cast<float>(budget) / static_cast<float>(columns * rows);
@@ -111,19 +114,13 @@ bool is_masked_out(const cv::Mat& mask, const Feature& feature) {
 
 #ifdef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
 
-constexpr float kRadiansPerDegree = 0.017453292519943295f;
-
 // cv::SIFT doubles the image with cv::resize, whose pixel x lies at x / 2 - 0.25 of the input, but reports x
 // / 2.
-constexpr float kUpsamplingShift = 0.25f;  // px
-
-constexpr float kLoweSigma = 1.6f;  // px of the doubled image
-
 Feature feature_of(const cv::KeyPoint& key_point) {
   Feature feature;
-  feature.pixel = {key_point.pt.x - kUpsamplingShift, key_point.pt.y - kUpsamplingShift};
+  feature.pixel = {key_point.pt.x - 0.25f, key_point.pt.y - 0.25f};
   feature.scale = 0.5f * key_point.size;
-  feature.angle = key_point.angle * kRadiansPerDegree;
+  feature.angle = key_point.angle * static_cast<float>(kDegree);
   feature.response = key_point.response;
   return feature;
 }
@@ -133,7 +130,7 @@ class OpencvSift : public FeatureExtractor {
   explicit OpencvSift(const SiftOptions& options)
       : options_(options),
         sift_(cv::SIFT::create(0, options.octave_layers, options.contrast_threshold, options.edge_threshold,
-                               options.sigma.value_or(kLoweSigma))) {}
+                               options.sigma.value_or(1.6f))) {}  // px of the doubled image (Lowe)
 
   void prepare(const cv::Mat& gray) override {
     check_images(gray, cv::Mat());
@@ -194,10 +191,6 @@ bool has_opencv_sift() { return false; }
 
 #endif
 
-// How far the contrast threshold is lowered at most for min_features: further down, 8-bit noise makes key
-// points.
-constexpr float kLowestContrastShare = 0.25f;
-
 SiftOptions with_threads(SiftOptions options) {
   options.num_threads = std::max(options.num_threads, 1);
   return options;
@@ -236,7 +229,7 @@ class OwnSift : public FeatureExtractor {
     weak_are_known_ = false;
   }
 
-  float lowered_threshold() const { return kLowestContrastShare * options_.contrast_threshold; }
+  float lowered_threshold() const { return options_.min_contrast_share * options_.contrast_threshold; }
 
   void find_weak_extrema() {
     if (std::exchange(weak_are_known_, true)) return;
@@ -372,6 +365,7 @@ void SiftOptions::validate() const {
   check_range("octave_layers", octave_layers, 1, 10);
   if (sigma) check_range("sigma", *sigma, 0.6f, 10.0f);
   check_range("min_features", min_features, 0, kMostFeatures);
+  check_range("min_contrast_share", min_contrast_share, 0.0f, 1.0f);
   check_range("num_threads", num_threads, 0, 64);
 }
 

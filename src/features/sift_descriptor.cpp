@@ -31,10 +31,7 @@ inline float direction(float y, float x) {
 }
 
 constexpr int kBins = 36;
-constexpr float kWindowInSigmas = 1.5f;  // sigma of the weights, in sigmas of the key point
-constexpr float kReachInWindows = 3.0f;
-constexpr float kPeakShare = 0.8f;  // of the highest peak: lower ones are no orientation of their own
-constexpr int kMaxReach = 64;       // px; octave_layers = 1 has key points up to sigma 4.5 px, a reach of 20
+constexpr int kMaxReach = 64;  // px; octave_layers = 1 has key points up to sigma 4.5 px, a reach of 20
 
 using Histogram = std::array<float, kBins>;
 
@@ -72,9 +69,10 @@ void weigh_gradients(const float* above, const float* row, const float* below, i
   }
 }
 
-Histogram gather_histogram(const Plane& gaussian, float x, float y, float sigma) {
-  const float window = kWindowInSigmas * sigma;
-  const int reach = std::min(cvRound(kReachInWindows * window), kMaxReach);
+Histogram gather_histogram(const Plane& gaussian, float x, float y, float sigma,
+                           const OrientationOptions& options) {
+  const float window = options.window_in_sigmas * sigma;
+  const int reach = std::min(cvRound(options.reach_in_windows * window), kMaxReach);
   const float exponent = -0.5f / (window * window);
   const int first_y = std::max(cvRound(y) - reach, 1);
   const int last_y = std::min(cvRound(y) + reach, gaussian.height() - 2);
@@ -114,9 +112,9 @@ Histogram smooth(const Histogram& in) {
 }  // namespace
 
 int find_orientations(const Plane& gaussian, float x, float y, float sigma,
-                      std::array<float, kMaxOrientations>* angles) {
-  const Histogram histogram = smooth(gather_histogram(gaussian, x, y, sigma));
-  const float lowest_peak = kPeakShare * *std::max_element(histogram.begin(), histogram.end());
+                      std::array<float, kMaxOrientations>* angles, const OrientationOptions& options) {
+  const Histogram histogram = smooth(gather_histogram(gaussian, x, y, sigma, options));
+  const float lowest_peak = options.peak_share * *std::max_element(histogram.begin(), histogram.end());
   int count = 0;
   for (int i = 0; i < kBins && count < kMaxOrientations; ++i) {
     const float left = histogram[(i + kBins - 1) % kBins];
@@ -132,13 +130,12 @@ int find_orientations(const Plane& gaussian, float x, float y, float sigma,
 
 namespace {
 
-constexpr float kByteScale = 512.0f;  // entries of a unit 128-vector are rarely above 0.5
-
 MPT_FUNCTION_CLONES
 void to_bytes(const float* histogram, float scale, bool root, std::uint8_t* __restrict bytes) {
   for (int i = 0; i < kDescriptorSize; ++i) {
     const float value = histogram[i] * scale;
-    const float entry = kByteScale * (root ? std::sqrt(value) : value) + 0.5f;
+    // Entries of a unit 128-vector are rarely above 0.5.
+    const float entry = 512.0f * (root ? std::sqrt(value) : value) + 0.5f;
     bytes[i] = static_cast<std::uint8_t>(static_cast<int>(entry < 255.0f ? entry : 255.0f));
   }
 }
@@ -192,11 +189,8 @@ void quantise_descriptor(const float* histogram, bool root_sift, std::uint8_t* d
 
 namespace {
 
-constexpr int kCells = 4;               // along each side
-constexpr int kDirections = 8;          // elements of a Floats8
-constexpr float kCellInSigmas = 3.0f;   // width of a cell (as in Lowe's program)
-constexpr float kWindowInCells = 2.0f;  // sigma of the weights: half the width of the descriptor
-constexpr float kLargestEntry = 0.2f;   // of a unit vector: what strong light-dependent gradients may have
+constexpr int kCells = 4;       // along each side
+constexpr int kDirections = 8;  // elements of a Floats8
 // Samples a cell along each side: 0.75 sigma apart, so that nothing the Gaussian leaves is lost.
 constexpr int kSamplesPerCell = 4;
 constexpr int kSamples =
@@ -261,7 +255,8 @@ struct SampleWeights {
   SampleWeights() {
     for (int i = 0; i < kSamples; ++i) {
       const float in_cells = (static_cast<float>(i) - 0.5f * (kSamples - 1)) / kSamplesPerCell;
-      const float window = std::exp(-0.5f * in_cells * in_cells / (kWindowInCells * kWindowInCells));
+      const float sigma = 0.5f * kCells;  // half the width of the descriptor
+      const float window = std::exp(-0.5f * in_cells * in_cells / (sigma * sigma));
       const float share = (static_cast<float>(i % kSamplesPerCell) + 0.5f) / kSamplesPerCell;
       before[i] = (1 - share) * window;
       after[i] = share * window;
@@ -307,16 +302,16 @@ void pool(const float* magnitude, const float* direction_in_bins, const SampleWe
 }  // namespace
 
 void compute_histogram(const Plane& gaussian, float x, float y, float sigma, float angle,
-                       float histogram[kDescriptorSize]) {
+                       float histogram[kDescriptorSize], const HistogramOptions& options) {
   static const SampleWeights weights;
-  const float step = kCellInSigmas * sigma / kSamplesPerCell;
+  const float step = options.cell_in_sigmas * sigma / kSamplesPerCell;
   Patch patch;
   std::fill_n(patch.values + kPatch * kRow, 8, 0.0f);
   sample_patch(gaussian.row(0), gaussian.stride(), gaussian.width(), gaussian.height(), x, y,
                step * std::cos(angle), step * std::sin(angle), patch.values);
   compute_gradients(patch.values, patch.magnitude, patch.direction);
   pool(patch.magnitude, patch.direction, weights, histogram);
-  limit_entries(kLargestEntry, histogram);
+  limit_entries(options.largest_entry, histogram);
 }
 
 }  // namespace mono_pose_tracker

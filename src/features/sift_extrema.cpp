@@ -12,17 +12,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kBorder = 5;    // px of an octave: nearer to the border, mirrored pixels shape the extremum
-constexpr int kMaxSteps = 5;  // of the refinement, a pixel or a level each; more are rare and end on edges
-// px and levels: further, and a neighbour is the nearer sample. A little more than half, lest an extremum
-// half-way be sent to and fro.
-constexpr float kMaxOffset = 0.6f;
-constexpr float kSampleContrastShare = 0.5f;
-
-float sample_threshold(float contrast_threshold, int layers) {
-  return kSampleContrastShare * contrast_threshold / static_cast<float>(layers);
-}
-
 MPT_FUNCTION_CLONES
 void subtract_rows(const float* a, const float* b, int width, float* __restrict out) {
   for (int x = 0; x < width; ++x) out[x] = a[x] - b[x];
@@ -185,16 +174,16 @@ bool is_on_edge(const Eigen::Matrix3f& hessian, float edge_threshold) {
 
 // Section 4: steps to the sample nearest to the fitted extremum; false when it leaves the octave, does not
 // settle, is of low contrast or on an edge.
-bool refine_extremum(const ScaleSpace& space, const SiftOptions& options, float contrast_threshold,
-                     int octave, int level, int x, int y, Extremum* extremum) {
+bool refine_extremum(const ScaleSpace& space, const SiftOptions& options, const ExtremaOptions& limits,
+                     float contrast_threshold, int octave, int level, int x, int y, Extremum* extremum) {
   const Plane& plane = space.gaussian(octave, 0);
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < limits.max_steps; ++step) {
     const Neighbourhood neighbourhood(space, octave, level, x, y);
     const Eigen::Vector3f gradient = neighbourhood.gradient();
     const Eigen::Matrix3f hessian = neighbourhood.hessian();
     const Eigen::Vector3f offset = -(hessian.inverse() * gradient);
     if (!offset.allFinite() || offset.cwiseAbs().maxCoeff() > static_cast<float>(plane.width())) return false;
-    if (offset.cwiseAbs().maxCoeff() <= kMaxOffset) {
+    if (offset.cwiseAbs().maxCoeff() <= limits.max_offset) {
       const float contrast = std::abs(neighbourhood.value() + 0.5f * gradient.dot(offset));
       if (contrast * options.octave_layers < contrast_threshold) return false;
       if (is_on_edge(hessian, options.edge_threshold)) return false;
@@ -214,8 +203,8 @@ bool refine_extremum(const ScaleSpace& space, const SiftOptions& options, float 
     x += cvRound(offset.x());
     y += cvRound(offset.y());
     level += cvRound(offset.z());
-    if (level < 1 || level > options.octave_layers || x < kBorder || x >= plane.width() - kBorder ||
-        y < kBorder || y >= plane.height() - kBorder) {
+    if (level < 1 || level > options.octave_layers || x < limits.border ||
+        x >= plane.width() - limits.border || y < limits.border || y >= plane.height() - limits.border) {
       return false;
     }
   }
@@ -224,6 +213,10 @@ bool refine_extremum(const ScaleSpace& space, const SiftOptions& options, float 
 
 }  // namespace
 
+float ExtremaFinder::sample_threshold(float contrast_threshold) const {
+  return limits_.sample_contrast_share * contrast_threshold / static_cast<float>(options_.octave_layers);
+}
+
 void ExtremaFinder::begin(float contrast_threshold) {
   contrast_threshold_ = contrast_threshold;
   samples_.clear();
@@ -231,8 +224,8 @@ void ExtremaFinder::begin(float contrast_threshold) {
 
 void ExtremaFinder::look_at(const ScaleSpace& space, int octave, int begin, int end) {
   // An extremum lies between two rows.
-  const int first = std::max(begin - 1, kBorder);
-  const int last = std::min(end - 1, space.gaussian(octave, 0).height() - kBorder);
+  const int first = std::max(begin - 1, limits_.border);
+  const int last = std::min(end - 1, space.gaussian(octave, 0).height() - limits_.border);
   if (last <= first) return;
   for_parts(last - first, options_.num_threads, [&](int part, int from, int to) {
     parts_[part].samples.clear();
@@ -246,7 +239,7 @@ void ExtremaFinder::look_at_rows(const ScaleSpace& space, int octave, int begin,
   const int padded_width = space.gaussian(octave, 0).padded_width();
   const int width = space.gaussian(octave, 0).width();
   const int differences = space.layers() + 2;
-  const float threshold = sample_threshold(contrast_threshold_, space.layers());
+  const float threshold = sample_threshold(contrast_threshold_);
   const std::size_t size = static_cast<std::size_t>(3) * differences * stride + kPlaneBlock;
   if (part->differences.size() < size) part->differences.resize(size);
   part->candidates.resize(stride);
@@ -265,7 +258,7 @@ void ExtremaFinder::look_at_rows(const ScaleSpace& space, int octave, int begin,
       const float* rows[9];
       for (int i = 0; i < 9; ++i) rows[i] = ring_row(level + i / 3 - 1, y + i % 3 - 1);
       const int candidates = find_candidates({rows[4], rows[3], rows[5], rows[1], rows[7]}, threshold,
-                                             kBorder, width - kBorder, part->candidates.data());
+                                             limits_.border, width - limits_.border, part->candidates.data());
       for (int i = 0; i < candidates; ++i) {
         const int x = part->candidates[i];
         if (is_extremum(rows, x)) part->samples.push_back({octave, level, x, y, std::abs(rows[4][x])});
@@ -276,14 +269,15 @@ void ExtremaFinder::look_at_rows(const ScaleSpace& space, int octave, int begin,
 
 void ExtremaFinder::refine(const ScaleSpace& space, float contrast_threshold,
                            std::vector<Extremum>* extrema) {
-  const float threshold = sample_threshold(contrast_threshold, space.layers());
+  const float threshold = sample_threshold(contrast_threshold);
   for_parts(static_cast<int>(samples_.size()), options_.num_threads, [&](int part, int begin, int end) {
     parts_[part].extrema.clear();
     for (int i = begin; i < end && !is_set(options_.cancelled); ++i) {
       const Sample& s = samples_[i];
       Extremum extremum;
       if (s.contrast > threshold && s.octave < space.octaves() &&
-          refine_extremum(space, options_, contrast_threshold, s.octave, s.level, s.x, s.y, &extremum)) {
+          refine_extremum(space, options_, limits_, contrast_threshold, s.octave, s.level, s.x, s.y,
+                          &extremum)) {
         parts_[part].extrema.push_back(extremum);
       }
     }

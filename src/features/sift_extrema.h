@@ -17,11 +17,22 @@ struct Extremum {
   Feature feature;  // the same in px of the input, without angle
 };
 
+/// Limits of the search for extrema.
+struct ExtremaOptions {
+  int border = 5;     // px of an octave: nearer to the border, mirrored pixels shape the extremum
+  int max_steps = 5;  // of the refinement, a pixel or a level each; more are rare and end on edges
+  // px and levels: with a larger offset a neighbour is the nearer sample. A little more than half, so that an
+  // extremum between two samples does not alternate between them.
+  float max_offset = 0.6F;
+  float sample_contrast_share = 0.5F;  // of the contrast threshold, for a sample before its refinement
+};
+
 /// Lowe (2004), sections 3.1 and 4: extrema among 26 neighbours, refined by a quadratic in x, y and scale,
 /// excluding those of low contrast and on edges. The order depends on the images alone.
 class ExtremaFinder {
  public:
-  explicit ExtremaFinder(const SiftOptions& options) : options_(options), parts_(options.num_threads) {}
+  explicit ExtremaFinder(const SiftOptions& options, const ExtremaOptions& limits = {})
+      : options_(options), limits_(limits), parts_(options.num_threads) {}
 
   /// Forgets what was found. Of what is looked at from here on, samples of at least this contrast are kept.
   void begin(float contrast_threshold);
@@ -47,9 +58,11 @@ class ExtremaFinder {
     std::vector<Extremum> extrema;
   };
 
+  float sample_threshold(float contrast_threshold) const;
   void look_at_rows(const ScaleSpace& space, int octave, int begin, int end, Part* part) const;
 
   SiftOptions options_;
+  ExtremaOptions limits_;
   float contrast_threshold_ = 0;
   std::vector<Sample> samples_;
   std::vector<Part> parts_;

@@ -213,9 +213,6 @@ const SiftSums& SiftSums::of(Instructions instructions) {
 
 namespace {
 
-constexpr float kReachInSigmas =
-    4.0f;  // what a Gaussian holds beyond (6e-5) is below the noise of 8-bit images
-
 // Rows of the output filtered together, and the floats of them taken at a time: these rows and those that the
 // kernel reaches stay in a first-level cache of 32 KB while each is used many times.
 constexpr int kBandRows = 16;
@@ -236,11 +233,11 @@ int mirrored(int i, int size) {
 
 }  // namespace
 
-PairKernel gaussian_kernel(float sigma, bool between_samples) {
+PairKernel gaussian_kernel(float sigma, bool between_samples, float reach_in_sigmas) {
   PairKernel kernel;
   kernel.between_samples = between_samples;
   const double first = between_samples ? 0.5 : 0.0;
-  const int pairs = static_cast<int>(std::ceil(kReachInSigmas * sigma - first)) + 1;
+  const int pairs = static_cast<int>(std::ceil(reach_in_sigmas * sigma - first)) + 1;
   std::vector<double> weights(pairs);
   double sum = 0;
   for (int i = 0; i < pairs; ++i) {

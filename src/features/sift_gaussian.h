@@ -46,8 +46,9 @@ struct PairKernel {
   }  // samples needed on either side, or one more
 };
 
-/// sigma in samples.
-PairKernel gaussian_kernel(float sigma, bool between_samples = false);
+/// sigma in samples. reach_in_sigmas: the part of a Gaussian beyond 4 (6e-5) is below the noise of 8-bit
+/// images.
+PairKernel gaussian_kernel(float sigma, bool between_samples = false, float reach_in_sigmas = 4);
 
 /// Separable filters, border mirrored. Each thread has its own.
 class BandFilter {

@@ -6,26 +6,16 @@
 namespace mono_pose_tracker {
 namespace {
 
-// px that are searched. SIFT's time grows with them and leaves a frame of 33 ms on two cores the time for the
-// rest up to twice the size that most cameras are sold for (640x480).
-constexpr double kMostSearchedPixels = 2 * 640 * 480;
-
-// px that one thread is to search: 640x480, and cameras with a little more.
-constexpr double kPixelsOfAThread = 1.25 * 640 * 480;
-
-// px that are read and reduced in the time that it takes to search one.
-constexpr double kReadInTimeOfSearch = 30;
-
 double pixels_of(const cv::Size& image) { return static_cast<double>(image.width) * image.height; }
 
 double searched_pixels(const cv::Size& image, const SiftScale& scale) {
   return pixels_of(image) / (scale.pixel_size() * scale.pixel_size());
 }
 
-int choose_reduction(const cv::Size& image, SearchPace pace) {
+int choose_reduction(const cv::Size& image, SearchPace pace, const LiveSearchOptions& live) {
   const double pixels = pixels_of(image);
-  if (pace == SearchPace::kRecording || pixels <= kMostSearchedPixels) return 1;
-  return static_cast<int>(std::ceil(std::sqrt(pixels / kPixelsOfAThread)));
+  if (pace == SearchPace::kRecording || pixels <= live.most_pixels) return 1;
+  return static_cast<int>(std::ceil(std::sqrt(pixels / live.pixels_of_a_thread)));
 }
 
 float usual_sigma(const SiftScale& scale) {
@@ -35,10 +25,11 @@ float usual_sigma(const SiftScale& scale) {
 
 }  // namespace
 
-SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, SearchPace pace) {
+SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, SearchPace pace,
+                            const LiveSearchOptions& live) {
   SiftScale scale;
   scale.first_octave = options.first_octave.value_or(0);
-  scale.reduction = options.first_octave ? options.reduction : choose_reduction(image, pace);
+  scale.reduction = options.first_octave ? options.reduction : choose_reduction(image, pace, live);
   scale.sigma = options.sigma ? *options.sigma : usual_sigma(scale);
   return scale;
 }
@@ -59,20 +50,17 @@ SiftScale finer(const SiftScale& scale) {
 }
 
 int choose_sift_threads(const SiftOptions& options, const SiftScale& scale, const cv::Size& image,
-                        SearchPace pace, int cores) {
+                        SearchPace pace, int cores, const LiveSearchOptions& live) {
   if (options.num_threads > 0) return options.num_threads;
   if (pace == SearchPace::kRecording) return 1;
-  const double work = searched_pixels(image, scale) + pixels_of(image) / kReadInTimeOfSearch;
-  const int wanted = static_cast<int>(std::ceil(work / kPixelsOfAThread));
+  const double work = searched_pixels(image, scale) + pixels_of(image) / live.read_in_time_of_search;
+  const int wanted = static_cast<int>(std::ceil(work / live.pixels_of_a_thread));
   return std::clamp(wanted, 1, std::max(cores, 1));
 }
 
 double feature_pixel_size(const SiftScale& scale) { return std::max(scale.pixel_size(), 1.0); }
 
 namespace {
-
-// px of the result: blurred to this an image can be reduced.
-constexpr float kReducedSigma = 0.8f;
 
 float added_sigma(float from, float to) { return std::sqrt(std::max(to * to - from * from, 0.01f)); }
 
@@ -87,8 +75,8 @@ void halve(const Plane& in, Plane* out) {
 
 }  // namespace
 
-ScaleSpace::ScaleSpace(const SiftOptions& options, const SiftScale& scale)
-    : options_(options), scale_(scale), filters_(options.num_threads) {
+ScaleSpace::ScaleSpace(const SiftOptions& options, const SiftScale& scale, const ScaleSpaceOptions& limits)
+    : options_(options), limits_(limits), scale_(scale), filters_(options.num_threads) {
   for (int level = 1; level < layers() + 3; ++level) {
     level_kernels_.push_back(gaussian_kernel(
         added_sigma(sigma_of_level(level - 1.0f), sigma_of_level(static_cast<float>(level)))));
@@ -101,9 +89,9 @@ ScaleSpace::ScaleSpace(const SiftOptions& options, const SiftScale& scale)
   }
   float blurred = 0;  // px of what has been reduced so far
   const auto reduce = [&](int step) {
-    reductions_.emplace_back(gaussian_kernel(added_sigma(blurred, static_cast<float>(step) * kReducedSigma)),
-                             step);
-    blurred = kReducedSigma;
+    reductions_.emplace_back(
+        gaussian_kernel(added_sigma(blurred, static_cast<float>(step) * limits_.reduced_sigma)), step);
+    blurred = limits_.reduced_sigma;
   };
   if (scale_.reduction > 1) reduce(scale_.reduction);
   for (int octave = 0; octave < scale_.first_octave; ++octave) reduce(2);
@@ -122,7 +110,7 @@ void ScaleSpace::build(const cv::Mat& gray, const RowsMade& rows_made) {
   octaves_ = 0;
   const float scale = 1.0f / pixel_size(0);
   float side = scale * std::min(gray.cols, gray.rows);
-  while (side >= kSmallestOctave) {
+  while (side >= limits_.smallest_octave) {
     ++octaves_;
     side *= 0.5f;
   }
@@ -147,7 +135,7 @@ bool ScaleSpace::make_levels(int octave, const RowsMade& rows_made) {
   std::vector<int>& made = made_;
   made.assign(layers() + 3, 0);  // the first is there, and taken a step at a time
   const int threads = options_.num_threads;
-  const int step = threads == 1 ? kRowsOfOneThread : kRowsOfEachThread * threads;
+  const int step = threads == 1 ? limits_.rows_of_one_thread : limits_.rows_of_each_thread * threads;
   while (made.back() < height) {
     if (is_set(options_.cancelled)) return false;
     const int begin = made.back();

@@ -48,6 +48,15 @@ struct SiftScale {
   bool operator!=(const SiftScale& o) const { return !(*this == o); }
 };
 
+/// How much of a live image is searched, and by how many threads.
+struct LiveSearchOptions {
+  // px that are searched at most. SIFT's time grows with them and leaves a frame of 33 ms on two cores the
+  // time for the rest up to twice the size that most cameras are sold for (640x480).
+  double most_pixels = 2 * 640 * 480;
+  double pixels_of_a_thread = 1.25 * 640 * 480;  // that it searches: 640x480, and cameras with a little more
+  double read_in_time_of_search = 30;  // px that are read and reduced in the time that it takes to search one
+};
+
 /// The octave, reduction and sigma that options leave open (explicit values win).
 ///
 /// Octave: 0. (Small images are not doubled: their small structures are mostly blocks of JPEG.)
@@ -59,7 +68,7 @@ struct SiftScale {
 /// Sigma: 1.6 from octave -1 (Lowe: 0.8 px of the image), 1.2 from octave 0 (JPEG blocks show below), 1.0
 /// from reduced and halved images, whose pixels are means already.
 SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image,
-                            SearchPace pace = SearchPace::kRecording);
+                            SearchPace pace = SearchPace::kRecording, const LiveSearchOptions& live = {});
 
 /// Whether an object is small: the square root of its area [px] is below kSmallObject of the searched pixels.
 bool is_small_object(double object_px, const SiftScale& scale);
@@ -72,11 +81,19 @@ SiftScale finer(const SiftScale& scale);
 /// tolerance of a quarter (thirty px that are only read and reduced count as one), at most `cores`. The
 /// images of a recording are processed in parallel, with one thread each.
 int choose_sift_threads(const SiftOptions& options, const SiftScale& scale, const cv::Size& image,
-                        SearchPace pace, int cores);
+                        SearchPace pace, int cores, const LiveSearchOptions& live = {});
 
 /// Input px per px of the finest features, at least 1: factor for thresholds in px that represent the
 /// localisation noise of features.
 double feature_pixel_size(const SiftScale& scale);
+
+struct ScaleSpaceOptions {
+  int smallest_octave = 12;    // px of the shorter side; extrema keep 5 px off the border
+  float reduced_sigma = 0.8F;  // px of the result: blurred to this an image can be reduced
+  // Rows of all levels, with the reach of the kernels, fill a second-level cache. Threads wait for each other
+  // at each step and level, so with several threads the steps are longer.
+  int rows_of_one_thread = 16, rows_of_each_thread = 64;
+};
 
 /// Lowe (2004), section 3: octaves of octave_layers + 3 images, level s blurred to sigma * 2^(s /
 /// octave_layers) px of its octave, counted from the image as it comes. (Lowe takes that to be blurred by 0.5
@@ -84,14 +101,14 @@ double feature_pixel_size(const SiftScale& scale);
 /// Pixel (0, 0) of every octave lies on pixel (0, 0) of the input.
 class ScaleSpace {
  public:
-  ScaleSpace(const SiftOptions& options, const SiftScale& scale);
+  ScaleSpace(const SiftOptions& options, const SiftScale& scale, const ScaleSpaceOptions& limits = {});
 
   const SiftScale& scale() const { return scale_; }
 
   /// Called when rows [begin, end) of all images of an octave have been made, in order.
   using RowsMade = std::function<void(int octave, int begin, int end)>;
 
-  /// Octaves end where the shorter side would have fewer than kSmallestOctave px. rows_made is called a few
+  /// Octaves end where the shorter side would have fewer than smallest_octave px. rows_made is called a few
   /// rows at a time, while they are still in the cache.
   void build(const cv::Mat& gray, const RowsMade& rows_made);
 
@@ -111,13 +128,8 @@ class ScaleSpace {
   void blur_rows(const Plane& in, const PairKernel& kernel, int row_step, int begin, int end, Plane* out);
   bool make_levels(int octave, const RowsMade& rows_made);
 
-  static constexpr int kSmallestOctave = 12;  // px; extrema keep 5 px off the border
-  // Rows of all levels, with the reach of the kernels, fill a second-level cache. Threads wait for each other
-  // at each step and level, so with several threads the steps are longer.
-  static constexpr int kRowsOfOneThread = 16;
-  static constexpr int kRowsOfEachThread = 64;
-
   SiftOptions options_;
+  ScaleSpaceOptions limits_;
   SiftScale scale_;
   int octaves_ = 0;
   std::vector<PairKernel> level_kernels_;  // [s - 1] takes level s - 1 to level s

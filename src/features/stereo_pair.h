@@ -15,6 +15,13 @@ struct StereoPairOptions {
   /// Least ratio of the image's sides, longer over shorter: the halves of two images of 1:1 side by side. A
   /// repeated pattern may correlate as well in other images.
   double min_aspect = 1.9;
+  int min_side = 32;  // px of a half; smaller ones are not compared
+  /// The halves are compared at this width [px], and at least this height.
+  int compared_width = 160, min_compared_height = 24;
+  /// px of the reduced half: Gaussian sigma of the part that is subtracted, as exposure and shading are
+  /// similar in any two halves.
+  double slow_sigma = 6;
+  int max_row_shift = 2;  // px of the reduced half: the two cameras are not aligned perfectly
 };
 
 /// A warning where the image looks like a stereo pair, side by side or one above the other; else empty.

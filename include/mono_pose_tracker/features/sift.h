@@ -42,7 +42,10 @@ struct SiftOptions {
   // own: a small object (its mask's area below kSmallObject squared) is searched one octave finer.
   bool finer_for_small_objects = false;
   bool root_sift = true;   // Arandjelovic and Zisserman (2012): Hellinger distance
-  int min_features = 800;  // own: the contrast threshold is lowered (to a quarter at most) below this many
+  int min_features = 800;  // own: the contrast threshold is lowered below this many
+  // own: smallest share of the contrast threshold to which it is lowered, in [0, 1]. Further down, noise of
+  // 8-bit images makes key points.
+  float min_contrast_share = 0.25f;
   // own: the result is the same for any number. 0: one thread, or live a number by the image's size
   // (choose_sift_threads).
   int num_threads = 0;
