@@ -168,16 +168,6 @@ BundleReport solve_in_full(const BundleOptions& options, BundleCameras* cameras,
 
 namespace {
 
-// The first steps use reweighted least squares, which is exact for a displaced point. Later steps use the
-// curvature of the loss along the residuals, at least this ratio of it: the remaining errors are noise, for
-// which reweighted steps are too short by a third.
-constexpr int kReweightedSteps = 2;
-constexpr double kMinCurvatureRatio = 0.3;
-
-// Ends the search: a step would lower the cost by less than this share of the squared loss width (two sigmas
-// squared, by default). It would move the point by 1 % of its standard deviation.
-constexpr double kTolerance = 1e-5;
-
 struct Camera {
   Eigen::Matrix3d rotation;
   Eigen::Vector3d translation;
@@ -191,9 +181,9 @@ struct ViewingRay {
 
 class PointSolver {
  public:
-  PointSolver(const BundleOptions& options, const std::vector<Camera>& cameras)
-      : options_(options), loss_(options.loss_width), cameras_(cameras) {
-    tolerance_ = kTolerance * (loss_.is_robust() ? options.loss_width * options.loss_width : 4);
+  PointSolver(const BundleOptions& options, const PointStepOptions& steps, const std::vector<Camera>& cameras)
+      : options_(options), steps_(steps), loss_(options.loss_width), cameras_(cameras) {
+    tolerance_ = steps.tolerance * (loss_.is_robust() ? options.loss_width * options.loss_width : 4);
   }
 
   // Moves a point to the minimum of its cost. Returns the number of steps.
@@ -206,7 +196,8 @@ class PointSolver {
     for (; step < options_.max_iterations; ++step) {
       Eigen::Matrix3d information;
       Eigen::Vector3d gradient;
-      linearize(rays, *x, step < kReweightedSteps ? 1 : kMinCurvatureRatio, &information, &gradient);
+      linearize(rays, *x, step < steps_.reweighted_steps ? 1 : steps_.min_curvature_ratio, &information,
+                &gradient);
       information.diagonal() += damping * information.diagonal();
       const Eigen::Vector3d shift = -information.ldlt().solve(gradient);
       if (!shift.allFinite() || -gradient.dot(shift) < 2 * tolerance_) break;
@@ -255,6 +246,7 @@ class PointSolver {
   }
 
   const BundleOptions& options_;
+  const PointStepOptions& steps_;
   const Loss loss_;
   const std::vector<Camera>& cameras_;
   double tolerance_;
@@ -275,13 +267,14 @@ struct ByPoint {
 
 }  // namespace
 
-BundleReport adjust_points(const BundleOptions& options, BundleProblem* problem) {
+BundleReport adjust_points(const BundleOptions& options, BundleProblem* problem,
+                           const PointStepOptions& steps) {
   options.validate();
   BundleReport report;
   std::vector<Camera> cameras;
   for (const BundleCamera& c : problem->cameras)
     cameras.push_back({c.camera_from_map.rotation_matrix(), c.camera_from_map.translation});
-  const PointSolver solver(options, cameras);
+  const PointSolver solver(options, steps, cameras);
   const ByPoint by_point(*problem);
   std::vector<ViewingRay> rays;
   for (std::size_t p = 0; p < problem->points.size(); ++p) {

@@ -125,11 +125,27 @@ struct BundleCameras {
 // blocks and the problem's points. All observations are used; there must be at least one.
 BundleReport solve_in_full(const BundleOptions& options, BundleCameras* cameras, BundleProblem* problem);
 
+/// Newton steps of a single point with fixed cameras.
+struct PointStepOptions {
+  // Smallest curvature ratio of the loss along a residual, for noise, in (0, 1]. The true ratio is negative
+  // beyond one loss width, and a step needs it positive. Reweighted least squares (ratio 1) are up to three
+  // times too stiff.
+  double min_curvature_ratio = 0.3;
+  // The first steps use reweighted least squares, which is exact for a displaced point. Later steps use the
+  // curvature of the loss: the remaining errors are noise, for which reweighted steps are too short by a
+  // third.
+  int reweighted_steps = 2;
+  // Ends the search: a step would lower the cost by less than this share of the squared loss width (two
+  // sigmas squared, by default). It would move the point by 1 % of its standard deviation.
+  double tolerance = 1e-5;
+};
+
 /// Optimises the points with all cameras fixed, whatever their flags. Each point is solved by itself (damped
 /// Newton, at most max_iterations steps), so that a bad one delays no other. Residuals and loss are those of
 /// adjust_bundle. A point with fewer than two observations in front of their cameras stays, as does one
 /// without improvement. usable: at least one point had two observations; iterations: the largest number of
 /// steps of a point. max_seconds and num_threads are ignored: a point takes microseconds.
-BundleReport adjust_points(const BundleOptions& options, BundleProblem* problem);
+BundleReport adjust_points(const BundleOptions& options, BundleProblem* problem,
+                           const PointStepOptions& steps = {});
 
 }  // namespace mono_pose_tracker

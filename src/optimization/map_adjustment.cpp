@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -54,16 +53,6 @@ std::vector<LandmarkId> most_observed_landmarks(const Map& map, const std::vecto
 
 namespace {
 
-// Iterations of a single point: two or three are enough after a small motion of its cameras.
-constexpr int kPointIterations = 5;
-
-constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-// Fewest landmarks that determine the pose of a keyframe.
-constexpr int kLeastLandmarks = 50;
-
-// Grid of an image, to distribute the landmarks that constrain its pose: a few fall into each cell.
-constexpr int kCellsAcross = 8, kCellsDown = 6;
-
 // A bundle problem and where its blocks came from.
 struct MapProblem {
   BundleProblem bundle;
@@ -83,7 +72,9 @@ std::vector<LandmarkId> seen_by(const Map& map, const std::vector<KeyframeId>& k
 
 // The landmarks of a keyframe by decreasing value for its pose: the cells of the image take turns, and each
 // gives the landmark with the most observations.
-std::vector<LandmarkId> by_hold(const Map& map, const Keyframe& keyframe) {
+std::vector<LandmarkId> by_hold(const Map& map, const Keyframe& keyframe,
+                                const LandmarkSelection& selection) {
+  const int across = selection.cells_across, down = selection.cells_down;
   struct Entry {
     int rank = 0, cell = 0, observations = 0;
     LandmarkId id = kNoLandmark;
@@ -96,16 +87,14 @@ std::vector<LandmarkId> by_hold(const Map& map, const Keyframe& keyframe) {
   for (std::size_t f = 0; f < features.size(); ++f) {
     const LandmarkId l = keyframe.landmark_of_feature[f];
     if (l == kNoLandmark) continue;
-    const int column =
-        std::min(kCellsAcross - 1, static_cast<int>(features[f].pixel.x() / width * kCellsAcross));
-    const int row = std::min(kCellsDown - 1, static_cast<int>(features[f].pixel.y() / height * kCellsDown));
-    entries.push_back(
-        {0, row * kCellsAcross + column, static_cast<int>(map.landmark(l)->observations.size()), l});
+    const int column = std::min(across - 1, static_cast<int>(features[f].pixel.x() / width * across));
+    const int row = std::min(down - 1, static_cast<int>(features[f].pixel.y() / height * down));
+    entries.push_back({0, row * across + column, static_cast<int>(map.landmark(l)->observations.size()), l});
   }
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return std::make_tuple(-a.observations, a.id) < std::make_tuple(-b.observations, b.id);
   });
-  std::array<int, kCellsAcross * kCellsDown> count{};
+  std::vector<int> count(static_cast<std::size_t>(across) * down, 0);
   for (Entry& e : entries) e.rank = count[e.cell]++;
   std::stable_sort(entries.begin(), entries.end(),
                    [](const Entry& a, const Entry& b) { return a.rank < b.rank; });
@@ -124,10 +113,10 @@ int count_observations(const Landmark& landmark, const std::set<KeyframeId>& key
 // others. A landmark with one observation in the problem constrains nothing and would drift along its ray.
 std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split_by_hold(
     const Map& map, const std::vector<LandmarkId>& landmarks, const std::vector<KeyframeId>& free,
-    const std::vector<KeyframeId>& fixed, int max_of_keyframe) {
+    const std::vector<KeyframeId>& fixed, int max_of_keyframe, const LandmarkSelection& selection) {
   std::set<LandmarkId> chosen;
   for (const KeyframeId id : free) {
-    const std::vector<LandmarkId> order = by_hold(map, *map.keyframe(id));
+    const std::vector<LandmarkId> order = by_hold(map, *map.keyframe(id), selection);
     chosen.insert(order.begin(), order.begin() + std::min<std::size_t>(order.size(), max_of_keyframe));
   }
   std::set<KeyframeId> keyframes(free.begin(), free.end());
@@ -206,11 +195,6 @@ BundleOptions with_spread(BundleOptions options, const BundleProblem& problem) {
   return options;
 }
 
-BundleOptions points_only(BundleOptions options) {
-  options.max_iterations = kPointIterations;
-  return options;
-}
-
 void store(const MapProblem& problem, Map* map) {
   for (std::size_t i = 0; i < problem.keyframes.size(); ++i) {
     const BundleCamera& camera = problem.bundle.cameras[i];
@@ -236,11 +220,13 @@ BundleObservation make_observation(int camera, int point, const ImageFeatures& i
 }
 
 BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,
-                              int max_fixed, int max_landmarks, Map* map) {
+                              int max_fixed, int max_landmarks, Map* map,
+                              const LandmarkSelection& selection) {
   std::vector<KeyframeId> free = free_keyframes;
   std::sort(free.begin(), free.end());
   // The oldest keyframes stay fixed when the matrix of all would be too large.
-  const double max_work = options.max_iteration_work > 0 ? options.max_iteration_work / 2 : kUnlimited;
+  const double max_work = options.max_iteration_work > 0 ? options.max_iteration_work / 2
+                                                         : std::numeric_limits<double>::infinity();
   while (camera_work(free.size()) > max_work) free.erase(free.begin());
   const std::vector<LandmarkId> landmarks = seen_by(*map, free);
   std::vector<KeyframeId> fixed = fixed_keyframes(*map, landmarks, free, max_fixed);
@@ -249,17 +235,19 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
     free.insert(std::lower_bound(free.begin(), free.end(), fixed[0]), fixed[0]);
     fixed.clear();
   }
-  auto [longest, others] = split_by_hold(*map, landmarks, free, fixed, max_landmarks);
-  while (max_landmarks > kLeastLandmarks && landmark_work(*map, longest, free) > max_work) {
+  auto [longest, others] = split_by_hold(*map, landmarks, free, fixed, max_landmarks, selection);
+  while (max_landmarks > selection.least_landmarks && landmark_work(*map, longest, free) > max_work) {
     max_landmarks = std::min<int>(max_landmarks, static_cast<int>(longest.size())) / 2;
-    std::tie(longest, others) = split_by_hold(*map, landmarks, free, fixed, max_landmarks);
+    std::tie(longest, others) = split_by_hold(*map, landmarks, free, fixed, max_landmarks, selection);
   }
   MapProblem problem = build(*map, free, fixed, longest);
   const BundleReport report = solve(options, &problem, map);
   if (others.empty() || !report.usable) return report;
   // Adjusts the other landmarks one by one, with the cameras fixed.
   MapProblem rest = build(*map, {}, observing_keyframes(*map, others), others);
-  adjust_points(points_only(with_spread(options, rest.bundle)), &rest.bundle);
+  BundleOptions of_points = with_spread(options, rest.bundle);
+  of_points.max_iterations = selection.point_iterations;
+  adjust_points(of_points, &rest.bundle);
   store(rest, map);
   return report;
 }
@@ -280,13 +268,6 @@ namespace {
 
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 using Gauge = Eigen::Matrix<double, Eigen::Dynamic, 7>;
-
-// Information on the gauge relative to that on a coordinate. The uncertainty (variance) added by the gauge is
-// about 0.1 % of that of the coordinates, and the decomposition loses three of its sixteen digits.
-constexpr double kGaugeWeight = 1e3;
-
-// Sigmas: a larger residual is more likely an outlier than noise.
-constexpr double kLossWidth = 2;
 
 // Of a pose's (w, v) and of the point.
 struct Linearized {
@@ -331,13 +312,14 @@ Gauge gauge_of(const Map& map, const std::vector<KeyframeId>& keyframes) {
 
 // The covariance for noise of variance 1. Each coordinate is scaled by its information: a point near a
 // camera's lens has so much information on that camera that everything else would be lost to rounding.
-std::optional<Eigen::MatrixXd> inverse_held_by(const Gauge& gauge, const Eigen::MatrixXd& information) {
+std::optional<Eigen::MatrixXd> inverse_held_by(const Gauge& gauge, const Eigen::MatrixXd& information,
+                                               double gauge_weight) {
   if (!(information.diagonal().minCoeff() > 0)) return std::nullopt;
   const Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
   Gauge scaled = unit.asDiagonal() * gauge;
   scaled.colwise().normalize();
   Eigen::MatrixXd held = unit.asDiagonal() * information * unit.asDiagonal();
-  held += kGaugeWeight * scaled * scaled.transpose();
+  held += gauge_weight * scaled * scaled.transpose();
   const std::optional<Eigen::MatrixXd> inverse = inverse_of_positive(held);
   if (!inverse) return std::nullopt;
   return Eigen::MatrixXd(unit.asDiagonal() * *inverse * unit.asDiagonal());
@@ -354,7 +336,8 @@ PoseCovariance translation_first(const PoseCovariance& c) {
 }  // namespace
 
 std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<KeyframeId>& keyframes,
-                                                          int max_fixed, int max_landmarks, const Map& map) {
+                                                          int max_fixed, int max_landmarks, const Map& map,
+                                                          const CovarianceOptions& options) {
   std::vector<KeyframeId> free = keyframes;
   std::sort(free.begin(), free.end());
   const std::vector<LandmarkId> landmarks = most_observed_landmarks(map, free, max_landmarks);
@@ -367,7 +350,7 @@ std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<Keyf
   for (std::size_t i = 0; i < free.size(); ++i) pose_of[free[i]] = static_cast<int>(i);
   for (const KeyframeId id : held) pose_of[id] = -1;
 
-  ReducedSystem system(static_cast<int>(free.size()), 0, kLossWidth);
+  ReducedSystem system(static_cast<int>(free.size()), 0, options.loss_width);
   const Eigen::Matrix<double, 2, Eigen::Dynamic> nothing(2, 0);
   Linearized at;
   for (const LandmarkId l : landmarks) {
@@ -383,7 +366,7 @@ std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<Keyf
   }
   if (system.variance() <= 0) return {};
   const std::optional<Eigen::MatrixXd> inverse =
-      held.empty() ? inverse_held_by(gauge_of(map, free), system.information())
+      held.empty() ? inverse_held_by(gauge_of(map, free), system.information(), options.gauge_weight)
                    : inverse_of_positive(system.information());
   if (!inverse) return {};
   const Eigen::MatrixXd covariance = system.variance() * *inverse;

@@ -12,44 +12,11 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Smallest curvature ratio of the loss along a residual, for noise. The true ratio is negative beyond one
-// loss width, and a step needs it positive. Reweighted least squares (ratio 1) are up to three times too
-// stiff.
-constexpr double kMinCurvatureRatio = 0.3;
-
-// Mean of log(1 + s / width^2) above which the residuals of a point are more than noise: all residuals at 1.1
-// widths. Noise with 10 % outliers stays below.
-constexpr double kOutOfPlace = 0.8;
-
-// The same mean over the whole problem above which its cameras may be far from the solution: all residuals at
-// 1.3 widths. Where most features are more precise than their sigmas the distribution has long tails, and
-// noise reaches 0.85.
-constexpr double kFarOff = 1;
-
-// Newton steps of a point: one or two are usual near the minimum.
-constexpr int kPointSteps = 20;
-
-// Share of the squared loss width (two sigmas squared, by default): a step with a smaller reduction of the
-// cost moves a point by a few thousandths of its standard deviation.
-constexpr double kPointTolerance = 1e-6;
-
-// Share of the squared loss width: if the cost of a point grows by more, its prediction may have been wrong.
-constexpr double kSuspiciousRise = 0.1;
-
-// Damping, relative, and absolute for cameras without observations: enough to decompose a matrix with
-// unconstrained directions.
-constexpr double kDamping = 1e-9, kNothing = 1e-300;
-
-// Number of points handed to a thread at once: handing them out takes 1 % of their time.
-constexpr int kRun = 32;
-
-// Number of observations per thread above which filling the matrix in parallel pays.
-constexpr std::size_t kRaysPerPart = 1000;
-
+// The absolute part keeps the blocks of cameras without observations decomposable.
 template <typename Matrix>
-void damp(Matrix&& information) {
-  information.diagonal() *= 1 + kDamping;
-  information.diagonal().array() += kNothing;
+void damp(double damping, Matrix&& information) {
+  information.diagonal() *= 1 + damping;
+  information.diagonal().array() += 1e-300;
 }
 
 // Sum of log(1 + u), one logarithm for many.
@@ -68,9 +35,10 @@ class LogSum {
 }  // namespace
 
 ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, const BundleProblem& problem,
-                             int threads)
+                             int threads, const ReducedBundleOptions& limits)
     : loss_(loss_width),
       squared_width_(loss_width * loss_width),
+      limits_(limits),
       team_(threads),
       cameras_(cameras.states),
       free_(cameras.free),
@@ -91,17 +59,17 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
   for (const BundleObservation& o : problem.observations) {
     rays_[next[o.point]++] = {o.camera, free_of_[o.camera], o.bearing, o.pixel_from_bearing / o.sigma_px};
   }
-  team_.for_runs(static_cast<int>(accepted_.size()), kRun,
+  team_.for_runs(static_cast<int>(accepted_.size()), limits_.points_at_once,
                  [this](int p) { candidate_costs_[p] = state_of(p, accepted_[p]).cost; });
   for (const double of_point : candidate_costs_) initial_cost_ += of_point;
 }
 
 bool ReducedBundle::is_noise(double cost, int num_rays) const {
-  return 2 * cost < kOutOfPlace * squared_width_ * num_rays;
+  return 2 * cost < limits_.out_of_place * squared_width_ * num_rays;
 }
 
 bool ReducedBundle::is_near_noise() const {
-  return 2 * initial_cost_ < kFarOff * squared_width_ * static_cast<double>(rays_.size());
+  return 2 * initial_cost_ < limits_.far_off * squared_width_ * static_cast<double>(rays_.size());
 }
 
 ReducedBundle::PointState ReducedBundle::state_of(std::size_t point, const Eigen::Vector3d& x) const {
@@ -123,8 +91,8 @@ ReducedBundle::PointState ReducedBundle::state_of(std::size_t point, const Eigen
     state.gradient += derivative * along;
     state.information += derivative * (j.transpose() * j);
     if (s > 0)
-      bent +=
-          (derivative * (1 - loss_.curvature_ratio(s, kMinCurvatureRatio)) / s * along) * along.transpose();
+      bent += (derivative * (1 - loss_.curvature_ratio(s, limits_.min_curvature_ratio)) / s * along) *
+              along.transpose();
   }
   state.cost = 0.5 * squared_width_ * logs.value();
   if (is_noise(state.cost, begin_[point + 1] - begin_[point])) state.information -= bent;
@@ -146,7 +114,7 @@ ReducedBundle::PointState ReducedBundle::begin_at(std::size_t point, Eigen::Vect
   if (!linearized_) return state_of(point, *x);
   const Eigen::Vector3d predicted = predict(point);
   PointState there = state_of(point, predicted);
-  const double expected = accepted_costs_[point] + kSuspiciousRise * squared_width_;
+  const double expected = accepted_costs_[point] + limits_.suspicious_rise * squared_width_;
   if (!(there.cost <= expected)) {
     PointState here = state_of(point, *x);
     if (!(there.cost <= here.cost)) return here;
@@ -160,12 +128,12 @@ double ReducedBundle::settle(std::size_t point) {
   if (begin_[point + 1] - begin_[point] < 2) return state_of(point, x).cost;
   PointState state = begin_at(point, &x);
   double damping = 1e-6;
-  for (int step = 0; step < kPointSteps; ++step) {
+  for (int step = 0; step < limits_.point_steps; ++step) {
     Eigen::Matrix3d information = state.information;
     information.diagonal() *= 1 + damping;
     const Eigen::Vector3d shift = -information.llt().solve(state.gradient);
     const double promised = -0.5 * state.gradient.dot(shift);
-    if (!shift.allFinite() || promised < kPointTolerance * squared_width_) break;
+    if (!shift.allFinite() || promised < limits_.point_tolerance * squared_width_) break;
     const Eigen::Vector3d moved = x + shift;
     const PointState there = state_of(point, moved);
     if (there.cost < state.cost) {
@@ -188,7 +156,7 @@ double ReducedBundle::evaluate(const double* parameters) {
     moved_[i].head<3>() = (left_jacobians_[i] * moved_[i].head<3>()).eval();
   }
   double cost = 0;
-  team_.for_runs(static_cast<int>(accepted_.size()), kRun,
+  team_.for_runs(static_cast<int>(accepted_.size()), limits_.points_at_once,
                  [this](int p) { candidate_costs_[p] = settle(p); });
   for (const double of_point : candidate_costs_) cost += of_point;
   return cost;
@@ -197,7 +165,7 @@ double ReducedBundle::evaluate(const double* parameters) {
 // Computes the derivatives of the point's observations by poses and point.
 void ReducedBundle::linearize_point(std::size_t point) {
   const int begin = begin_[point], end = begin_[point + 1];
-  const double least = is_noise(accepted_costs_[point], end - begin) ? kMinCurvatureRatio : 1;
+  const double least = is_noise(accepted_costs_[point], end - begin) ? limits_.min_curvature_ratio : 1;
   PointState joint;
   joint.information.setZero();
   joint.gradient.setZero();
@@ -231,7 +199,7 @@ void ReducedBundle::linearize_point(std::size_t point) {
 
 void ReducedBundle::factorize_point(std::size_t point, const PointState& joint) {
   Eigen::Matrix3d information = joint.information;
-  damp(information);
+  damp(limits_.damping, information);
   Follower& follower = followers_[point];
   follower.factor = information.llt().matrixL();
   follower.residual = follower.factor.triangularView<Eigen::Lower>().solve(joint.gradient);
@@ -273,7 +241,7 @@ void ReducedBundle::fill(const Part& part, Eigen::MatrixXd* information, Eigen::
     }
   });
   for (int i = part.first; i < static_cast<int>(free_.size()); i += part.step) {
-    damp(information->block<6, 6>(6 * i, 6 * i));
+    damp(limits_.damping, information->block<6, 6>(6 * i, 6 * i));
   }
   with_each_point([&](std::size_t p) { eliminate_point(p, part, information, gradient); });
 }
@@ -305,10 +273,10 @@ void ReducedBundle::linearize(Eigen::MatrixXd* information, Eigen::VectorXd* gra
   linearized_ = true;
   information->setZero(parameters(), parameters());
   gradient->setZero(parameters());
-  team_.for_runs(static_cast<int>(accepted_.size()), kRun, [this](int p) {
+  team_.for_runs(static_cast<int>(accepted_.size()), limits_.points_at_once, [this](int p) {
     if (begin_[p + 1] - begin_[p] >= 2) linearize_point(p);
   });
-  const std::size_t worth = std::min(free_.size(), 1 + rays_.size() / kRaysPerPart);
+  const std::size_t worth = std::min(free_.size(), 1 + rays_.size() / limits_.rays_per_part);
   const int parts = std::clamp(team_.threads(), 1, std::max(1, static_cast<int>(worth)));
   team_.for_each(parts, [&](int part) { fill({part, parts}, information, gradient); });
   to_parameters(information, gradient);
@@ -316,21 +284,19 @@ void ReducedBundle::linearize(Eigen::MatrixXd* information, Eigen::VectorXd* gra
 
 namespace {
 
-// Largest number of free cameras. The work on the reduced matrix, which is treated as dense, grows with the
-// cube: with 400 cameras it is 5e9 multiplications an iteration.
-constexpr std::size_t kMaxCameras = 400;
-
 using Clock = std::chrono::steady_clock;
 
 // Trust region of Levenberg-Marquardt steps, as in Ceres: the damping is the diagonal over the radius
 // (Marquardt 1963), which follows the ratio of the reduction of the cost to the predicted one (Nielsen 1999).
 class TrustRegion {
  public:
+  explicit TrustRegion(const ReducedBundleOptions& limits) : limits_(limits) {}
+
   double radius() const { return radius_; }
-  bool is_empty() const { return radius_ < kMinRadius; }
+  bool is_empty() const { return radius_ < limits_.min_radius; }
   // Returns whether the step is accepted.
   bool judge(double ratio) {
-    if (!(ratio > kMinRatio)) {
+    if (!(ratio > limits_.min_decrease_ratio)) {
       radius_ /= shrinkage_;
       shrinkage_ *= 2;
       return false;
@@ -341,7 +307,7 @@ class TrustRegion {
   }
 
  private:
-  static constexpr double kMinRatio = 1e-3, kMinRadius = 1e-32;
+  const ReducedBundleOptions& limits_;
   double radius_ = 1e4, shrinkage_ = 2;
 };
 
@@ -367,8 +333,8 @@ class Step {
   double promised_ = 0;
 };
 
-BundleReport minimize(const BundleOptions& options, ReducedBundle* bundle, Eigen::VectorXd* parameters) {
-  constexpr double kNoStep = 1e-8;  // relative to the parameters
+BundleReport minimize(const BundleOptions& options, const ReducedBundleOptions& limits, ReducedBundle* bundle,
+                      Eigen::VectorXd* parameters) {
   const auto begin = Clock::now();
   BundleReport report;
   report.initial_cost = bundle->initial_cost();
@@ -376,7 +342,7 @@ BundleReport minimize(const BundleOptions& options, ReducedBundle* bundle, Eigen
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
   bundle->linearize(&information, &gradient);
-  TrustRegion region;
+  TrustRegion region(limits);
   for (; report.iterations < options.max_iterations && !region.is_empty(); ++report.iterations) {
     report.cancelled = options.is_cancelled();
     if (report.cancelled || std::chrono::duration<double>(Clock::now() - begin).count() > options.max_seconds)
@@ -386,7 +352,7 @@ BundleReport minimize(const BundleOptions& options, ReducedBundle* bundle, Eigen
       region.judge(0);
       continue;
     }
-    if (step.by().norm() <= kNoStep * (parameters->norm() + kNoStep)) break;
+    if (step.by().norm() <= limits.min_step * (parameters->norm() + limits.min_step)) break;
     const Eigen::VectorXd candidate = *parameters + step.by();
     const double cost = bundle->evaluate(candidate.data()), reduction = report.final_cost - cost;
     if (std::abs(reduction) <= options.function_tolerance * report.final_cost) break;
@@ -402,10 +368,10 @@ BundleReport minimize(const BundleOptions& options, ReducedBundle* bundle, Eigen
 }  // namespace
 
 std::optional<BundleReport> solve_reduced(const BundleOptions& options, BundleCameras* cameras,
-                                          BundleProblem* problem) {
+                                          BundleProblem* problem, const ReducedBundleOptions& limits) {
   const std::vector<int>& free = cameras->free;
-  if (!(options.loss_width > 0) || free.empty() || free.size() > kMaxCameras) return std::nullopt;
-  ReducedBundle bundle(options.loss_width, *cameras, *problem, options.own_threads);
+  if (!(options.loss_width > 0) || free.empty() || free.size() > limits.max_cameras) return std::nullopt;
+  ReducedBundle bundle(options.loss_width, *cameras, *problem, options.own_threads, limits);
   if (!bundle.is_near_noise()) return std::nullopt;
   Eigen::VectorXd parameters(bundle.parameters());
   for (std::size_t i = 0; i < free.size(); ++i) {
@@ -413,7 +379,7 @@ std::optional<BundleReport> solve_reduced(const BundleOptions& options, BundleCa
     parameters.segment<6>(at) =
         Eigen::Map<const Eigen::Matrix<double, 6, 1>>(cameras->blocks[free[i]].data());
   }
-  const BundleReport report = minimize(options, &bundle, &parameters);
+  const BundleReport report = minimize(options, limits, &bundle, &parameters);
   for (std::size_t i = 0; i < free.size(); ++i)
     std::copy_n(parameters.data() + 6 * i, 6, cameras->blocks[free[i]].begin());
   problem->points = bundle.points();

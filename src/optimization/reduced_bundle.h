@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,6 +11,36 @@
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
 namespace mono_pose_tracker {
+
+/// Limits of ReducedBundle and solve_reduced.
+struct ReducedBundleOptions {
+  double min_curvature_ratio = PointStepOptions().min_curvature_ratio;
+  // Mean of log(1 + s / width^2) over squared residuals s above which those of a point are more than noise:
+  // all residuals at 1.1 widths. Noise with 10 % outliers stays below.
+  double out_of_place = 0.8;
+  // The same mean over the whole problem above which its cameras may be far from the solution: all residuals
+  // at 1.3 widths. Where most features are more precise than their sigmas the distribution has long tails,
+  // and noise reaches 0.85.
+  double far_off = 1;
+
+  // Points. Shares are of the squared loss width (two sigmas squared, by default).
+  int point_steps = 20;           // Newton steps: one or two are usual near the minimum
+  double point_tolerance = 1e-6;  // a step with a smaller reduction of the cost moves a point by a few
+                                  // thousandths of its standard deviation
+  double suspicious_rise = 0.1;   // of the cost of a point, above which its prediction may have been wrong
+  double damping = 1e-9;          // relative: enough to decompose a matrix with unconstrained directions
+
+  // Cameras. The work on the reduced matrix, which is treated as dense, grows with the cube: with 400 cameras
+  // it is 5e9 multiplications an iteration.
+  std::size_t max_cameras = 400;
+  double min_decrease_ratio = 1e-3;  // of the cost's decrease to the predicted one, for an accepted step
+  double min_radius = 1e-32;         // of the trust region
+  double min_step = 1e-8;            // relative to the parameters: a shorter step ends the search
+
+  // Threads.
+  int points_at_once = 32;           // handed to a thread: handing them out takes 1 % of their time
+  std::size_t rays_per_part = 1000;  // above which filling the matrix in parallel pays
+};
 
 // Bundle problem as a function of its free cameras alone: the points are always at their optimum for these
 // cameras (variable projection; Golub and Pereyra 1973), found by separate Newton steps. A point that
@@ -21,7 +52,7 @@ class ReducedBundle {
   // loss_width > 0; the parameters are the blocks of the free cameras, one after the other. All observations
   // are used; a point with a single one stays. threads: the results are the same for any number.
   ReducedBundle(double loss_width, const BundleCameras& cameras, const BundleProblem& problem,
-                int threads = 1);
+                int threads = 1, const ReducedBundleOptions& limits = {});
 
   int parameters() const { return 6 * static_cast<int>(free_.size()); }
   double initial_cost() const { return initial_cost_; }
@@ -82,6 +113,7 @@ class ReducedBundle {
 
   const Loss loss_;
   const double squared_width_;
+  const ReducedBundleOptions limits_;
   ThreadTeam team_;
   std::vector<CameraState> cameras_;
   const std::vector<int> free_;
@@ -109,6 +141,6 @@ class ReducedBundle {
 // the cameras' blocks and the problem's points; all observations are used. Nothing, and nothing changed, if
 // the problem is unsuitable: too many free cameras, or residuals above noise.
 std::optional<BundleReport> solve_reduced(const BundleOptions& options, BundleCameras* cameras,
-                                          BundleProblem* problem);
+                                          BundleProblem* problem, const ReducedBundleOptions& limits = {});
 
 }  // namespace mono_pose_tracker

@@ -52,8 +52,7 @@ void ReducedSystem::add(int pose, const Eigen::Matrix<double, 2, 6>& by_pose,
 void ReducedSystem::eliminate_point() {
   // A point is undetermined along a ray without crossing rays, and then has no information on the poses
   // either. A small share of the trace ensures that, instead of rounding.
-  constexpr double kOfTheTrace = 1e-14;
-  point_point_.diagonal().array() += kOfTheTrace * point_point_.trace();
+  point_point_.diagonal().array() += 1e-14 * point_point_.trace();
   const Eigen::LDLT<Eigen::Matrix3d> ldlt(point_point_);
   if (ldlt.vectorD().minCoeff() > 0) {
     const int at = 6 * poses_;
