@@ -177,9 +177,6 @@ void write_colmap_text(const std::string& folder, const CameraParameters& camera
 
 namespace {
 
-constexpr std::int32_t kPinholeModel = 1;                                      // COLMAP's model id
-constexpr double kHalfPixel = 0.5;                                             // to COLMAP's pixels
-constexpr std::uint64_t kNoPoint = std::numeric_limits<std::uint64_t>::max();  // COLMAP's invalid id
 constexpr std::uint32_t kCameraId = 1;
 
 void require_pinhole(const CameraParameters& camera) {
@@ -194,10 +191,11 @@ std::string camera_bytes(const CameraParameters& camera) {
   ByteWriter out;
   out.u64(1);
   out.u32(kCameraId);
-  out.i32(kPinholeModel);
+  out.i32(1);  // the id of the model PINHOLE
   out.u64(static_cast<std::uint64_t>(camera.width));
   out.u64(static_cast<std::uint64_t>(camera.height));
-  for (double value : {camera.fx, camera.fy, camera.cx + kHalfPixel, camera.cy + kHalfPixel}) out.f64(value);
+  for (double value : {camera.fx, camera.fy, camera.cx + kPixelCentre, camera.cy + kPixelCentre})
+    out.f64(value);
   return out.bytes();
 }
 
@@ -213,9 +211,10 @@ std::string image_bytes(const std::vector<ColmapImage>& images) {
     out.raw(images[i].name.c_str(), images[i].name.size() + 1);  // with its zero
     out.u64(images[i].observations.size());
     for (const ColmapObservation& observation : images[i].observations) {
-      out.f64(observation.pixel.x() + kHalfPixel);
-      out.f64(observation.pixel.y() + kHalfPixel);
-      out.u64(observation.point < 0 ? kNoPoint : static_cast<std::uint64_t>(observation.point) + 1);
+      out.f64(observation.pixel.x() + kPixelCentre);
+      out.f64(observation.pixel.y() + kPixelCentre);
+      out.u64(observation.point < 0 ? std::numeric_limits<std::uint64_t>::max()  // COLMAP's invalid id
+                                    : static_cast<std::uint64_t>(observation.point) + 1);
     }
   }
   return out.bytes();

@@ -26,8 +26,10 @@ bool read_whole(std::istream& stream, std::size_t max_bytes, Bytes* bytes) {
 
 /// The whole content of a file, without the byte order mark that UTF-8 may begin with. Throws
 /// std::runtime_error, one line naming the path, the reason and `expected` (what the file should have been),
-/// when it cannot be read or has more than max_bytes: a device never ends.
-std::string read_text_file(const std::string& path, const std::string& expected, std::size_t max_bytes);
+/// when it cannot be read or has more than max_bytes: a device never ends. By default a line of a hundred
+/// characters for each image of a day at 30 Hz fits.
+std::string read_text_file(const std::string& path, const std::string& expected,
+                           std::size_t max_bytes = std::size_t{1} << 28);
 
 /// A new, empty file beside `path` under a name that nothing had, so that whoever else writes `path` at the
 /// same time does not meet it. Gone with this object unless it was put in its place.

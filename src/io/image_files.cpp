@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <regex>
 #include <set>
@@ -24,7 +25,7 @@ bool is_digit(const std::string& name, std::size_t i) {
 
 // Its whole numbers filled up with zeros.
 std::string padded(const std::string& name) {
-  constexpr std::size_t kDigits = 20;  // those of 64 bits
+  const std::size_t digits = std::numeric_limits<std::uint64_t>::digits10 + 1;
   std::string result;
   for (std::size_t i = 0; i < name.size();) {
     if (!is_digit(name, i)) {
@@ -34,7 +35,7 @@ std::string padded(const std::string& name) {
     std::size_t end = i;
     while (is_digit(name, end)) ++end;
     const bool is_fraction = i >= 2 && name[i - 1] == '.' && is_digit(name, i - 2);
-    if (!is_fraction && end - i < kDigits) result.append(kDigits - (end - i), '0');
+    if (!is_fraction && end - i < digits) result.append(digits - (end - i), '0');
     result.append(name, i, end - i);
     i = end;
   }
@@ -65,9 +66,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kSecond = 1000000000;
-
-// A day of images at 30 Hz, each with a hundred letters.
-constexpr std::size_t kMaxListBytes = std::size_t{1} << 28;
 
 struct StampedFile {
   std::int64_t stamp_ns = 0;
@@ -313,7 +311,7 @@ void find_images_of_stamps(const std::string& path, const fs::path& folder, std:
 
 std::vector<StampedFile> files_of_list(const std::string& path) {
   const char* const expected = "a text file with lines `timestamp path` or `path`";
-  const std::string content = read_text_file(path, expected, kMaxListBytes);
+  const std::string content = read_text_file(path, expected);
   if (content.find('\0') != std::string::npos) {
     throw std::runtime_error(path + ": is not a text file: expected a folder of images or " + expected);
   }
@@ -459,12 +457,10 @@ std::string second_of_count(std::string name) {
   return name;
 }
 
-// What was 0 is some tens in the blocks of an outline when it comes out of a JPEG.
-constexpr int kLeastOfJpeg = 64;
-
 }  // namespace
 
-MaskFolder::MaskFolder(const std::string& folder) : folder_(folder) {
+MaskFolder::MaskFolder(const std::string& folder, int min_jpeg_level)
+    : folder_(folder), min_jpeg_level_(min_jpeg_level) {
   std::error_code error;
   fs::recursive_directory_iterator entries(folder, error);
   const auto fail = [&] {
@@ -508,7 +504,7 @@ cv::Mat MaskFolder::mask_of(const std::string& mask_name, const cv::Size& size, 
                ", the size of the image";
     return {};
   }
-  if (is_jpeg_name(found->second)) return mask_of_image(decoded.image >= kLeastOfJpeg);
+  if (is_jpeg_name(found->second)) return mask_of_image(decoded.image >= min_jpeg_level_);
   return mask_of_image(decoded.image);
 }
 

@@ -87,14 +87,17 @@ std::vector<ImageFile> image_files(const std::string& path);
 /// A video file: frame i is stamped i / fps, or with the container's time where that differs by more than
 /// half a frame (a variable frame rate). One that ends long before it should says so as what is skipped last.
 /// Throws std::runtime_error, one line, when it cannot be opened.
-std::unique_ptr<ImageSource> open_video(const std::string& path);
+/// key_frame_distance: frames between key frames, at most, by default that of x264. Up to there decoding
+/// takes no longer than seeking, which decodes from a key frame.
+std::unique_ptr<ImageSource> open_video(const std::string& path, std::int64_t key_frame_distance = 250);
 
 /// Mask images of a folder and of the folders in it, found by the name of the image they belong to, whatever
 /// their extension.
 class MaskFolder {
  public:
-  /// Throws std::runtime_error, one line, when there is no such folder or no image in it.
-  explicit MaskFolder(const std::string& folder);
+  /// Throws std::runtime_error, one line, when there is no such folder or no image in it. min_jpeg_level:
+  /// lower grey levels of a JPEG are 0. Its compression makes some tens of 0 in the blocks along an outline.
+  explicit MaskFolder(const std::string& folder, int min_jpeg_level = 64);
 
   /// Mask of an image (SourceImage::mask_name; its folders count where the masks lie in folders): CV_8UC1 of
   /// the given size, 0 = ignore, 255 = use. Empty, with one line in *problem, when there is none, it cannot
@@ -106,6 +109,7 @@ class MaskFolder {
 
  private:
   std::string folder_;
+  int min_jpeg_level_;
   bool is_flat_ = true;
   std::map<std::string, std::string> path_by_name_;  // by the path below folder_, without its extension
 };

@@ -169,20 +169,18 @@ void write_map_file(const std::string& path, const SavedMaps& saved) {
 
 namespace {
 
-// Smallest size of a record in bytes, to check a count before allocating memory.
-constexpr std::size_t kTransformBytes = 7 * 8, kFeatureBytes = 5 * 4 + 3 + kMapFileDescriptorBytes;
-constexpr std::size_t kKeyframeBytes = 4 + 8 + 8 + kTransformBytes + 4;
-constexpr std::size_t kRemovedBytes = 4 + 8 + 4 + kTransformBytes;
-constexpr std::size_t kObservationBytes = 4 + 4, kLandmarkBytes = 4 + 3 * 8 + 4 + 4;
-constexpr std::size_t kCameraBytes = 2 * 4 + 4 * 8 + 4 + 4, kSessionBytes = 4 + 8 + 8;
-constexpr int kMaxImageSide = 1 << 16;  // px: no camera has more
-// Every image gets a grid over its pixels, of a byte for 144 px, independent of its number of features. This
-// limit of pixels per byte of the file is twice that of 100 megapixels with 100 features.
-constexpr std::size_t kMaxPixelsPerByte = 1 << 14;
-// A map stores the number of shared landmarks of each pair of keyframes. This limit of pairs per byte of the
-// file is four times that of 3,000 keyframes of 20 features with the same landmarks.
-constexpr std::size_t kMaxPairsPerByte = 4;
-constexpr std::uint32_t kMostCoefficients = 14;  // of a distortion: OpenCV's longest model
+// Smallest sizes of the records in bytes, to check a count before allocating memory.
+enum RecordBytes : std::size_t {
+  kTransformBytes = 7 * 8,
+  kFeatureBytes = 5 * 4 + 3 + kMapFileDescriptorBytes,
+  kKeyframeBytes = 4 + 8 + 8 + kTransformBytes + 4,
+  kRemovedBytes = 4 + 8 + 4 + kTransformBytes,
+  kObservationBytes = 4 + 4,
+  kLandmarkBytes = 4 + 3 * 8 + 4 + 4,
+  kCameraBytes = 2 * 4 + 4 * 8 + 4 + 4,
+  kSessionBytes = 4 + 8 + 8,
+};
+
 // Limits with a margin, because frame indices and ids may be counted on and shifted.
 constexpr std::int64_t kMostFrames = std::int64_t{1} << 53;
 constexpr int kMostIds = 1 << 29;
@@ -237,7 +235,8 @@ CameraParameters read_camera(ByteReader& in) {
   for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = in.f64();
   camera.distortion_model = in.text();
   const std::uint32_t coefficients = in.count(8);
-  if (coefficients > kMostCoefficients) contradiction("too many distortion coefficients");
+  // OpenCV's longest model has 14.
+  if (coefficients > 14) contradiction("too many distortion coefficients");
   camera.distortion.resize(coefficients);
   for (double& value : camera.distortion) value = in.f64();
   return camera;
@@ -246,7 +245,8 @@ CameraParameters read_camera(ByteReader& in) {
 CameraModel model_of(const CameraParameters& camera) {
   try {
     CameraModel model(camera);
-    if (std::max(camera.width, camera.height) <= kMaxImageSide) return model;
+    // No camera has more pixels along a side.
+    if (std::max(camera.width, camera.height) <= 1 << 16) return model;
   } catch (const std::invalid_argument&) {  // its text may hold what the file does
   }
   contradiction("the camera parameters are invalid");
@@ -308,7 +308,9 @@ Keyframe read_keyframe(ByteReader& in, const Sessions& sessions) {
   }
   const CameraModel& camera = sessions.camera_of(keyframe.frame_index);
   const auto pixels = static_cast<std::size_t>(camera.width()) * static_cast<std::size_t>(camera.height());
-  if (pixels / kMaxPixelsPerByte > kKeyframeBytes + n * kFeatureBytes)
+  // Every image gets a grid over its pixels, of a byte for 144 px, independent of its number of features.
+  // This limit of pixels per byte of the file is twice that of 100 megapixels with 100 features.
+  if (pixels / (1 << 14) > kKeyframeBytes + n * kFeatureBytes)
     contradiction("an image is too large for its number of features");
   try {
     keyframe.image = restore_image_features(std::move(set), std::move(colors), camera);
@@ -364,7 +366,9 @@ void check_pairs(std::size_t keyframes, const std::vector<Landmark>& landmarks, 
     pairs += landmark.observations.size() * landmark.observations.size();
     pairs = std::min(pairs, keyframes * keyframes);
   }
-  if (pairs / kMaxPairsPerByte > bytes) contradiction("too many pairs of keyframes for the file size");
+  // A map stores the number of shared landmarks of each pair of keyframes. This limit of pairs per byte of
+  // the file is four times that of 3,000 keyframes of 20 features with the same landmarks.
+  if (pairs / 4 > bytes) contradiction("too many pairs of keyframes for the file size");
 }
 
 ByteReader open_section(const char* name, ByteReader& in) {

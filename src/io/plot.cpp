@@ -52,8 +52,7 @@ double tick_step(const PlotRange& range, int count) {
 /// The multiples of the step in the range.
 std::vector<double> ticks(const PlotRange& range, double step) {
   const double first = std::ceil(range.low / step) * step;
-  constexpr double kRounding = 1e-9;
-  const int count = 1 + static_cast<int>(std::floor((range.high - first) / step + kRounding));
+  const int count = 1 + static_cast<int>(std::floor((range.high - first) / step + 1e-9));  // despite rounding
   std::vector<double> values(std::max(count, 0));
   for (int i = 0; i < count; ++i) values[i] = first + i * step;
   return values;
@@ -216,13 +215,6 @@ namespace {
 const cv::Scalar kBlack(0, 0, 0), kStart(60, 160, 20), kEnd(30, 30, 200), kPath(160, 60, 110),
     kGrey(130, 130, 130);
 
-// Grey level above which a point's colour is darkened: it must be seen on white.
-constexpr double kBrightest = 190;
-
-// Shares of the points that the view may cut at either end of an axis: the far background and what is badly
-// triangulated.
-constexpr double kFarPoints = 0.03;
-
 std::vector<Eigen::Vector3d> positions(const std::vector<ColoredPoint>& points) {
   std::vector<Eigen::Vector3d> result;
   result.reserve(points.size());
@@ -230,12 +222,12 @@ std::vector<Eigen::Vector3d> positions(const std::vector<ColoredPoint>& points) 
   return result;
 }
 
-std::vector<cv::Scalar> own_colors(const std::vector<ColoredPoint>& points) {
+std::vector<cv::Scalar> own_colors(const std::vector<ColoredPoint>& points, double brightest) {
   std::vector<cv::Scalar> colors;
   for (const ColoredPoint& point : points) {
     const double brightness = 0.114 * point.b + 0.587 * point.g + 0.299 * point.r;
     colors.push_back(cv::Scalar(point.b, point.g, point.r) *
-                     (brightness > kBrightest ? kBrightest / brightness : 1));
+                     (brightness > brightest ? brightest / brightness : 1));
   }
   return colors;
 }
@@ -252,14 +244,14 @@ std::vector<cv::Scalar> colors_by_time(std::size_t count) {
 
 /// Across y, the direction in which points and cameras spread most, coordinate by coordinate without the
 /// farthest points; so that what is ahead (or else to the right) of the first camera lies to the right.
-Eigen::Vector3d longest_direction(const Overview& overview) {
+Eigen::Vector3d longest_direction(const Overview& overview, double far_points) {
   std::vector<Eigen::Vector3d> all = positions(overview.points);
   std::array<PlotRange, 3> kept;
   for (const int axis : {0, 2}) {
     std::vector<double> values;
     values.reserve(all.size());
     for (const Eigen::Vector3d& p : all) values.push_back(p[axis]);
-    kept[axis] = range_of(values, kFarPoints, kFarPoints);
+    kept[axis] = range_of(values, far_points, far_points);
   }
   const auto is_far = [&](const Eigen::Vector3d& p) {
     return !p.allFinite() || p.x() < kept[0].low || p.x() > kept[0].high || p.z() < kept[2].low ||
@@ -302,14 +294,14 @@ struct View {
 // path would be a dot. Distances are from each point to the nearest of some cameras. The radius is 1.5 times
 // their median; if more than half of all points are farther away than the path is long, it is based on the
 // nearest quarter (or on the path's length, if larger).
-double reach_of(const Overview& overview) {
-  constexpr std::size_t kMaxCameras = 100, kMaxPoints = 5000;
+double reach_of(const Overview& overview, const OverviewOptions& options) {
   const auto step = [](std::size_t size, std::size_t most) { return std::max<std::size_t>(1, size / most); };
   std::vector<double> distances;
-  for (std::size_t i = 0; i < overview.points.size(); i += step(overview.points.size(), kMaxPoints)) {
+  for (std::size_t i = 0; i < overview.points.size(); i += step(overview.points.size(), options.max_points)) {
     const Eigen::Vector3d p = overview.points[i].x_in_map.cast<double>();
     double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t c = 0; c < overview.cameras.size(); c += step(overview.cameras.size(), kMaxCameras)) {
+    for (std::size_t c = 0; c < overview.cameras.size();
+         c += step(overview.cameras.size(), options.max_cameras)) {
       nearest = std::min(nearest, (p - overview.cameras[c]).norm());
     }
     distances.push_back(nearest);
@@ -326,12 +318,12 @@ double reach_of(const Overview& overview) {
   return 1.5 * std::min(half, std::max(near_quarter, way));
 }
 
-PlotRange view_range(const PlotPanel& panel, int axis, double reach) {
+PlotRange view_range(const PlotPanel& panel, int axis, double reach, double far_points) {
   std::vector<double> points, cameras;
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
     for (const Eigen::Vector2d& p : panel.series[i].points) (i == 0 ? points : cameras).push_back(p[axis]);
   }
-  const PlotRange camera_range = range_of(cameras), point_range = range_of(points, kFarPoints, kFarPoints);
+  const PlotRange camera_range = range_of(cameras), point_range = range_of(points, far_points, far_points);
   if (points.empty()) return with_margin(camera_range, 0.05);
   if (cameras.empty()) return with_margin(point_range, 0.05);
   const PlotRange near = {std::max(point_range.low, camera_range.low - reach),
@@ -339,7 +331,7 @@ PlotRange view_range(const PlotPanel& panel, int axis, double reach) {
   return with_margin(united(near, camera_range), 0.05);
 }
 
-PlotPanel make_panel(const Overview& overview, const View& view) {
+PlotPanel make_panel(const Overview& overview, const View& view, const OverviewOptions& options) {
   PlotPanel panel;
   panel.title = view.title;
   panel.x_label = std::string(view.x_label) + " (" + overview.unit + ")";
@@ -347,29 +339,29 @@ PlotPanel make_panel(const Overview& overview, const View& view) {
   panel.equal_axes = true;
   const std::vector<Eigen::Vector2d> path = view(overview.cameras);
   PlotSeries points = {"points", view(positions(overview.points)), kGrey, 1, 0};
-  points.colors = own_colors(overview.points);
+  points.colors = own_colors(overview.points, options.brightest);
   PlotSeries cameras = {"camera, blue to red by time", path, kPath, 2, 1};
   cameras.colors = colors_by_time(path.size());
   PlotSeries start = {"start", {}, kStart, 6, 0}, end = {"end", {}, kEnd, 6, 0, true};
   if (!path.empty()) start.points = {path.front()}, end.points = {path.back()};
   panel.series = {points, {"true path", view(overview.true_cameras), kBlack, 0, 6}, cameras, end, start};
-  const double reach = reach_of(overview);
-  panel.x = view_range(panel, 0, reach);
-  panel.y = view_range(panel, 1, reach);
+  const double reach = reach_of(overview, options);
+  panel.x = view_range(panel, 0, reach, options.far_points);
+  panel.y = view_range(panel, 1, reach, options.far_points);
   return panel;
 }
 
 }  // namespace
 
-cv::Mat draw_overview(const Overview& overview) {
+cv::Mat draw_overview(const Overview& overview, const OverviewOptions& options) {
   using Eigen::Vector3d;
   const View above = {"from above", "x, to the right", "z, forward", Vector3d::UnitX(), Vector3d::UnitZ()};
-  const View side = {"from the side", "along the longest direction", "-y, up", longest_direction(overview),
-                     -Vector3d::UnitY()};
+  const View side = {"from the side", "along the longest direction", "-y, up",
+                     longest_direction(overview, options.far_points), -Vector3d::UnitY()};
   const int size = 800, header = overview.title.empty() ? 0 : 44;
   cv::Mat picture(size + header, 2 * size, CV_8UC3, cv::Scalar::all(255));
-  draw_panel(make_panel(overview, above), {0, header, size, size}, &picture);
-  draw_panel(make_panel(overview, side), {size, header, size, size}, &picture);
+  draw_panel(make_panel(overview, above, options), {0, header, size, size}, &picture);
+  draw_panel(make_panel(overview, side, options), {size, header, size, size}, &picture);
   if (header > 0) {
     cv::putText(picture, overview.title, {20, 32}, cv::FONT_HERSHEY_SIMPLEX, 0.9, cv::Scalar::all(20), 2,
                 cv::LINE_AA);

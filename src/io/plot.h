@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <string>
@@ -66,10 +67,17 @@ inline Eigen::Vector3d no_camera() {
   return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 }
 
+struct OverviewOptions {
+  double brightest = 190;    // grey level above which a point's colour is darkened, to be visible on white
+  double far_points = 0.03;  // share of the points that the view may cut at either end of an axis: the far
+                             // background and badly triangulated points
+  std::size_t max_cameras = 100, max_points = 5000;  // whose distances determine the range of the view
+};
+
 /// Two panels with equal axes: from above (x, z), and from the side: -y upwards, and to the right the
 /// direction across it in which points and cameras spread most. The view holds every camera, and the
 /// points round its way but for what is far beyond what it mostly saw.
-cv::Mat draw_overview(const Overview& overview);
+cv::Mat draw_overview(const Overview& overview, const OverviewOptions& options = {});
 
 /// Writes draw_overview's picture. Throws std::runtime_error naming the path when it cannot.
 void write_overview(const std::string& path, const Overview& overview);

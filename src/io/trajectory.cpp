@@ -107,12 +107,6 @@ std::string format_stamp(std::int64_t stamp_ns) {
 
 namespace {
 
-// Poses of a day at 30 Hz.
-constexpr std::size_t kMaxBytes = std::size_t{1} << 28;
-
-// Significant ones, not decimals: a map may be measured in micrometres or in kilometres.
-constexpr int kDigits = 12;
-
 constexpr const char* kLayout = "timestamp tx ty tz qx qy qz qw";
 
 /// Problem of the pose that a line has, or empty.
@@ -187,7 +181,7 @@ void set_stamps(const std::string& path, std::vector<StampedPose>* poses) {
   const std::filesystem::path times = std::filesystem::path(path).parent_path() / "times.txt";
   std::error_code ignored;
   if (std::filesystem::is_regular_file(times, ignored)) {
-    std::istringstream words(read_text_file(times.string(), "time stamps", kMaxBytes));
+    std::istringstream words(read_text_file(times.string(), "time stamps"));
     std::int64_t stamp_ns = 0;
     for (std::string word; words >> word && parse_stamp(word, &stamp_ns);) stamps.push_back(stamp_ns);
   }
@@ -220,7 +214,8 @@ std::string tum_line(const StampedPose& pose) {
   if (q.w() < 0) q.coeffs() = -q.coeffs();  // the same rotation, written one way
   std::ostringstream line;
   line.imbue(std::locale::classic());
-  line << format_stamp(pose.stamp_ns) << std::setprecision(kDigits);
+  // Significant digits, not decimals: a map may be measured in micrometres or in kilometres.
+  line << format_stamp(pose.stamp_ns) << std::setprecision(12);
   for (double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
     line << ' ' << value + 0.0;  // not -0
   }
@@ -228,7 +223,7 @@ std::string tum_line(const StampedPose& pose) {
 }
 
 std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path) {
-  std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`", kMaxBytes));
+  std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`"));
   std::vector<std::vector<StampedPose>> maps;
   bool begins = true, is_kitti = false;
   std::string line;
@@ -305,7 +300,6 @@ void TrajectoryWriter::append(const StampedPose& pose, std::uint32_t map_id) {
 
 namespace {
 
-constexpr std::size_t kMaxPositionBytes = std::size_t{1} << 28;
 constexpr const char* kPositionLayout =
     "TUM lines `timestamp tx ty tz qx qy qz qw` or lines `image-name latitude longitude altitude`";
 
@@ -409,7 +403,7 @@ Eigen::Vector3d east_north_up(const GeodeticPoint& origin, const GeodeticPoint& 
 }
 
 GivenPositions read_given_positions(const std::string& path) {
-  std::istringstream lines(read_text_file(path, kPositionLayout, kMaxPositionBytes));
+  std::istringstream lines(read_text_file(path, kPositionLayout));
   std::string line;
   bool found = false;
   while (!found && std::getline(lines, line)) found = holds_something(line);

@@ -28,10 +28,11 @@ using Bytes = std::vector<unsigned char>;
 /// Reads a parameter set bit by bit. Zeros follow its end.
 class BitReader {
  public:
-  /// Without the bytes that keep start codes out of the content (00 00 03 stands for 00 00).
+  /// At most 1024 bytes, as the size stands among the first ones, without the bytes that keep start codes out
+  /// of the content (00 00 03 stands for 00 00).
   BitReader(Bytes::const_iterator begin, Bytes::const_iterator end) {
     int zeros = 0;
-    for (auto byte = begin; byte != end && bytes_.size() < kMostBytes; ++byte) {
+    for (auto byte = begin; byte != end && bytes_.size() < 1024; ++byte) {
       const bool is_extra = zeros >= 2 && *byte == 3;
       if (!is_extra) bytes_.push_back(*byte);
       zeros = *byte == 0 ? zeros + 1 : 0;
@@ -62,7 +63,6 @@ class BitReader {
   bool is_past_end() const { return at_ >= 8 * bytes_.size(); }
 
  private:
-  static constexpr std::size_t kMostBytes = 1024;  // the size stands among the first ones
   Bytes bytes_;
   std::size_t at_ = 0;  // [bits]
 };
@@ -80,8 +80,8 @@ Crop read_crop(BitReader* in) {
 
 cv::Size cropped(unsigned width, unsigned height, const Crop& crop, unsigned unit_x, unsigned unit_y) {
   const unsigned x = unit_x * (crop.left + crop.right), y = unit_y * (crop.top + crop.bottom);
-  constexpr unsigned kMostSide = 1u << 16;
-  if (width > kMostSide || height > kMostSide || x >= width || y >= height) return {};
+  // No camera has more pixels along a side.
+  if (std::max(width, height) > 1u << 16 || x >= width || y >= height) return {};
   return {static_cast<int>(width - x), static_cast<int>(height - y)};
 }
 
@@ -208,14 +208,12 @@ bool CodedSizes::change_by(std::int64_t index) {
 }
 
 std::int64_t CodedSizes::frames_ahead() {
-  constexpr int kMostReordered = 16;  // H.264 and H.265
-  return kMostReordered + cv::getNumberOfCPUs();
+  return 16 + cv::getNumberOfCPUs();  // H.264 and H.265 reorder at most 16 frames
 }
 
 std::int64_t FrameStamps::next(double container_ms) {
-  constexpr double kMost = 1e12;  // ms: thirty years
   const auto frame_ns = static_cast<std::int64_t>(std::llround(static_cast<double>(index_++) * 1e9 / fps_));
-  const bool has_time = container_ms > 0 && container_ms < kMost;
+  const bool has_time = container_ms > 0 && container_ms < 1e12;  // thirty years
   if (has_time && !is_variable_) {
     is_variable_ = std::abs(container_ms * 1e-3 - static_cast<double>(frame_ns) * 1e-9) > 0.5 / fps_;
   }
@@ -263,9 +261,9 @@ bool may_hold_edit_list(const std::string& type) {
   return type == "moov" || type == "trak" || type == "edts";
 }
 
-/// Looks for an edit list among boxes and in them. Every box of theirs must end within its parent.
+/// Looks for an edit list among boxes and in them, four levels deep. Every box of theirs must end within its
+/// parent.
 bool find_edit_list(std::istream& in, std::uint64_t begin, std::uint64_t end, int depth, bool* is_whole) {
-  constexpr int kDeepest = 4;
   bool found = false;
   for (std::uint64_t at = begin; at < end;) {
     const Box box = box_at(in, at, end);
@@ -274,7 +272,7 @@ bool find_edit_list(std::istream& in, std::uint64_t begin, std::uint64_t end, in
       return found;
     }
     found |= box.type == "elst";
-    if (depth < kDeepest && may_hold_edit_list(box.type))
+    if (depth < 4 && may_hold_edit_list(box.type))
       found |= find_edit_list(in, box.begin, box.end, depth + 1, is_whole);
     at = box.end;
   }
@@ -310,7 +308,8 @@ namespace {
 
 class VideoFile : public ImageSource {
  public:
-  explicit VideoFile(const std::string& path) : path_(path) {
+  VideoFile(const std::string& path, std::int64_t key_frame_distance)
+      : key_frame_distance_(key_frame_distance), path_(path) {
     std::error_code ignored;
     if (path.find("://") != std::string::npos || std::filesystem::is_character_file(path, ignored)) {
       throw std::runtime_error(
@@ -413,7 +412,7 @@ class VideoFile : public ImageSource {
   }
 
   bool go_to_index() {
-    if (index_ < position_ || (is_known() && index_ - position_ > kKeyFrameDistance)) seek();
+    if (index_ < position_ || (is_known() && index_ - position_ > key_frame_distance_)) seek();
     for (; position_ < index_; ++position_) {
       if (!capture_.grab()) return false;
     }
@@ -424,7 +423,7 @@ class VideoFile : public ImageSource {
   /// the mean frame rate, and not exactly in all containers: the frame that is found is looked up among the
   /// known ones.
   void seek() {
-    const std::int64_t most = 8 * kKeyFrameDistance;
+    const std::int64_t most = 8 * key_frame_distance_;
     for (std::int64_t before = 1; is_seekable_ && before < std::min(index_, most); before *= 4) {
       const std::int64_t stamp_ns = known_[static_cast<std::size_t>(index_ - before)].stamp_ns;
       const double number = std::round(1e-9 * static_cast<double>(stamp_ns) * frames_per_second_);
@@ -441,7 +440,7 @@ class VideoFile : public ImageSource {
 
   /// The last known frame before index_ with these pixels, within reach of a seek; -1: none.
   std::int64_t last_before_index(std::size_t hash) const {
-    const std::int64_t first = std::max<std::int64_t>(0, index_ - 16 * kKeyFrameDistance);
+    const std::int64_t first = std::max<std::int64_t>(0, index_ - 16 * key_frame_distance_);
     for (std::int64_t i = index_ - 1; i >= first; --i) {
       if (known_[static_cast<std::size_t>(i)].hash == hash) return i;
     }
@@ -470,10 +469,7 @@ class VideoFile : public ImageSource {
     return result;
   }
 
-  // Frames: key frames are at most so far apart by the default of x264. Up to there decoding takes no longer
-  // than seeking, which decodes from a key frame.
-  static constexpr std::int64_t kKeyFrameDistance = 250;
-
+  const std::int64_t key_frame_distance_;
   std::string path_;
   cv::VideoCapture capture_;
   double frames_per_second_ = 0;
@@ -513,15 +509,16 @@ std::string cause_of_no_video(const std::string& path) {
   return "cannot be opened as a video: expected a format that OpenCV reads";
 }
 
-std::string problem_of_end(std::int64_t frames, std::int64_t announced) {
-  constexpr double kClearly = 0.98;
+std::string problem_of_end(std::int64_t frames, std::int64_t announced, double min_share) {
   const bool is_early =
-      frames + 2 <= announced && static_cast<double>(frames) < kClearly * static_cast<double>(announced);
+      frames + 2 <= announced && static_cast<double>(frames) < min_share * static_cast<double>(announced);
   if (!is_early) return "";
   return "ends after " + std::to_string(frames) + " of the " + std::to_string(announced) +
          " frames stated in its header: it may be damaged";
 }
 
-std::unique_ptr<ImageSource> open_video(const std::string& path) { return std::make_unique<VideoFile>(path); }
+std::unique_ptr<ImageSource> open_video(const std::string& path, std::int64_t key_frame_distance) {
+  return std::make_unique<VideoFile>(path, key_frame_distance);
+}
 
 }  // namespace mono_pose_tracker

@@ -96,7 +96,7 @@ bool open_as_recorded(const std::string& path, cv::VideoCapture* capture);
 std::string cause_of_no_video(const std::string& path);
 
 /// What to tell of a video of which so many frames could be read and that announces so many (-1: none): empty
-/// unless clearly fewer could, as some containers only estimate how many there are.
-std::string problem_of_end(std::int64_t frames, std::int64_t announced);
+/// unless fewer than min_share of them could, as some containers only estimate how many there are.
+std::string problem_of_end(std::int64_t frames, std::int64_t announced, double min_share = 0.98);
 
 }  // namespace mono_pose_tracker

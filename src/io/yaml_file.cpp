@@ -19,11 +19,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// A calibration has 1 kB and some tens of values, config/default.yaml 12 kB and a hundred, in two levels.
-constexpr std::size_t kMaxBytes = 256 * 1024;
-constexpr std::size_t kMaxDepth = 20;
-constexpr std::size_t kMaxValues = 20000;
-
 [[noreturn]] void fail(int line, const std::string& problem) {
   throw std::runtime_error("line " + std::to_string(line) + " " + problem);
 }
@@ -38,6 +33,8 @@ std::size_t count_values(const YamlValue& value) {
 /// Makes the value out of the parser's events, so that nothing is built that the limits refuse.
 class Builder : public YAML::EventHandler {
  public:
+  explicit Builder(const YamlLimits& limits) : limits_(limits) {}
+
   YamlValue take() { return std::move(root_); }
 
   // A comma behind the first makes yaml-cpp begin one empty document after the other, for ever.
@@ -95,8 +92,8 @@ class Builder : public YAML::EventHandler {
   }
 
   void open(YamlValue::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
-    if (open_.size() >= kMaxDepth) {
-      fail(mark.line + 1, "is nested more than " + std::to_string(kMaxDepth) + " levels deep");
+    if (open_.size() >= limits_.depth) {
+      fail(mark.line + 1, "is nested more than " + std::to_string(limits_.depth) + " levels deep");
     }
     Open opened;
     opened.value = leaf(kind, "", mark);
@@ -138,12 +135,13 @@ class Builder : public YAML::EventHandler {
 
   void count(std::size_t values, const YAML::Mark& mark) {
     values_ += values;
-    if (values_ > kMaxValues) {
+    if (values_ > limits_.values) {
       fail(mark.line + 1,
-           "has more than " + std::to_string(kMaxValues) + " values when aliases are expanded");
+           "has more than " + std::to_string(limits_.values) + " values when aliases are expanded");
     }
   }
 
+  const YamlLimits limits_;
   YamlValue root_;
   std::vector<Open> open_;
   std::map<YAML::anchor_t, YamlValue> anchored_;
@@ -160,8 +158,8 @@ const YamlValue* YamlValue::find(const std::string& key) const {
   return nullptr;
 }
 
-YamlValue parse_yaml(const std::string& content, const std::string& expected) {
-  Builder builder;
+YamlValue parse_yaml(const std::string& content, const std::string& expected, const YamlLimits& limits) {
+  Builder builder(limits);
   try {
     std::istringstream stream(content);
     YAML::Parser parser(stream);
@@ -175,10 +173,10 @@ YamlValue parse_yaml(const std::string& content, const std::string& expected) {
   return builder.take();
 }
 
-YamlValue read_yaml_file(const std::string& path, const std::string& expected) {
-  const std::string content = read_text_file(path, expected, kMaxBytes);
+YamlValue read_yaml_file(const std::string& path, const std::string& expected, const YamlLimits& limits) {
+  const std::string content = read_text_file(path, expected, limits.bytes);
   try {
-    return parse_yaml(content, expected);
+    return parse_yaml(content, expected, limits);
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(path + ": " + error.what());
   }

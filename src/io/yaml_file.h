@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,14 +19,21 @@ struct YamlValue {
   const YamlValue* find(const std::string& key) const;  // of a map; null when there is none
 };
 
-/// Reads the only document of a YAML file, of which there is more than the file only as far as these limits
-/// go: 256 KiB, nested 20 deep, 20,000 values with its aliases written out. (A file of 800 bytes of aliases
-/// can stand for gigabytes, one that holds itself for ever.) Throws std::runtime_error, one line that names
-/// the path, the line and `expected` (what the file should have been), also for a key given twice: which of
-/// the two was meant? And for a second document, of which nothing would be heeded.
-YamlValue read_yaml_file(const std::string& path, const std::string& expected);
+/// Largest YAML file that is read. A calibration has 1 kB and some tens of values, config/default.yaml 12 kB
+/// and a hundred, in two levels.
+struct YamlLimits {
+  std::size_t bytes = 256 * 1024;
+  std::size_t depth = 20;      // of nested lists and maps
+  std::size_t values = 20000;  // with the aliases expanded
+};
+
+/// Reads the only document of a YAML file, within the limits. (A file of 800 bytes of aliases can stand for
+/// gigabytes, one that holds itself for ever.) Throws std::runtime_error, one line that names the path, the
+/// line and `expected` (what the file should have been), also for a key given twice: which of the two was
+/// meant? And for a second document, of which nothing would be heeded.
+YamlValue read_yaml_file(const std::string& path, const std::string& expected, const YamlLimits& limits = {});
 
 /// The same of a file's content; the message does not name the path.
-YamlValue parse_yaml(const std::string& content, const std::string& expected);
+YamlValue parse_yaml(const std::string& content, const std::string& expected, const YamlLimits& limits = {});
 
 }  // namespace mono_pose_tracker
