@@ -20,16 +20,19 @@ const Eigen::Vector4d kMirrors[4] = {{0.2887, -0.6471, 0.4563, 0.5384},
                                      {-0.7311, 0.1937, 0.6173, 0.2236},
                                      {0.5124, 0.6308, -0.1729, 0.5561},
                                      {0.1453, 0.4019, 0.7466, -0.5098}};
-// Of the smallest pivot against the largest: below it the constraints keep too few of their digits.
-constexpr double kLeastPivot = 1e-4;
-// In radians: a solution that the polish moves further came from a polynomial whose rounding may hide others.
-constexpr double kLargestMove = 1e-6;
-// Polished solutions nearer than this are one: at a double root rounding leaves them as far apart.
-constexpr double kSame = 1e-7;
-// In radians: the polish of a solution less far off moves no point from before a camera to behind it.
-constexpr double kExact = 1e-9;
-// In radians: added to the tolerance while a solution is rough.
-constexpr double kRoughTolerance = 1e-4;
+
+/// What 64 bits can carry. These limits follow from rounding, not from any scene, and are not to be tuned.
+struct RoundingLimits {
+  double pivot = 1e-4;  // smallest over largest: below it the constraints keep too few of their digits
+  double move = 1e-6;   // rad: a solution that the polish moves further came from a polynomial whose rounding
+                        // may hide others
+  double same = 1e-7;   // polished solutions nearer than this are one: at a double root rounding leaves them
+                        // as far apart
+  double exact = 1e-9;  // rad: the polish of a solution with a smaller error moves no point from before a
+                        // camera to behind it
+  double rough_tolerance = 1e-4;  // rad, added to the tolerance while a solution is rough
+};
+constexpr RoundingLimits kLimits{};
 
 /// A basis of the (s, B) with x2^T E x1 = 0 for E = [s]x + parallax (B - tr(B) I), mirrored along `mirror`.
 bool basis_of(const AlignedPairs& pairs, const Eigen::Vector4d& mirror, Row10 (&basis)[4]) {
@@ -85,7 +88,9 @@ class EssentialSink {
     essential *= pairs_.turn;
     for (int i = 0; i < count_; ++i) {
       const double cosine = (*essentials_)[i].cwiseProduct(essential).sum();
-      if (((*essentials_)[i] - std::copysign(1.0, cosine) * essential).squaredNorm() < kSame * kSame) return;
+      if (((*essentials_)[i] - std::copysign(1.0, cosine) * essential).squaredNorm() <
+          kLimits.same * kLimits.same)
+        return;
     }
     if (count_ < 10) (*essentials_)[count_++] = essential;
   }
@@ -104,8 +109,8 @@ class MotionSink {
   /// Polishes the solution where it needs that and adds those of its motions that have the points in front.
   /// Returns how far off it was.
   double add_rough(Motion* motion, double error) {
-    const bool is_exact = error < kExact;
-    Fronts fronts = fronts_of(*motion, pairs_, is_exact ? tolerance_ : tolerance_ + kRoughTolerance);
+    const bool is_exact = error < kLimits.exact;
+    Fronts fronts = fronts_of(*motion, pairs_, is_exact ? tolerance_ : tolerance_ + kLimits.rough_tolerance);
     if (!fronts.any()) return error;
     orthonormalize(&motion->rotation);
     error = polish(pairs_, motion);
@@ -138,9 +143,10 @@ class MotionSink {
   bool is_known(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& t) const {
     for (int i = 0; i < count_; ++i) {
       const Motion& known = (*motions_)[i];
-      if (known.translation.cross(t).squaredNorm() > kSame * kSame) continue;
-      if ((known.rotation - rotation).squaredNorm() < kSame * kSame) return true;
-      if ((known.rotation - half_turn_about(t) * rotation).squaredNorm() < kSame * kSame) return true;
+      if (known.translation.cross(t).squaredNorm() > kLimits.same * kLimits.same) continue;
+      if ((known.rotation - rotation).squaredNorm() < kLimits.same * kLimits.same) return true;
+      if ((known.rotation - half_turn_about(t) * rotation).squaredNorm() < kLimits.same * kLimits.same)
+        return true;
     }
     return false;
   }
@@ -159,7 +165,7 @@ bool solve_in_basis(const AlignedPairs& pairs, const Eigen::Vector4d& mirror, Si
   if (!basis_of(pairs, mirror, basis)) return true;
   Constraints m = essential_constraints(basis, pairs.parallax);
   int rows[10];
-  bool sound = eliminate(&m, rows) > kLeastPivot;
+  bool sound = eliminate(&m, rows) > kLimits.pivot;
 
   const ZSystem b = z_system(m, rows);
   double n[11];
@@ -173,7 +179,7 @@ bool solve_in_basis(const AlignedPairs& pairs, const Eigen::Vector4d& mirror, Si
     const double error = rough_motion(essential_of(solution, pairs.parallax), &motion);
     if (!std::isfinite(error)) continue;
     const double moved = sink->add_rough(&motion, error);
-    sound = sound && error < kLargestMove && moved < kLargestMove;
+    sound = sound && error < kLimits.move && moved < kLimits.move;
   }
   return sound && root_count % 2 == 0;
 }

@@ -4,7 +4,7 @@ namespace mono_pose_tracker {
 namespace {
 
 using Packet = Eigen::Array<double, 4, 1>;  // four polynomials at once
-constexpr int kXX = 0, kXY = 1, kYY = 2, kXZ = 3, kYZ = 4, kZZ = 5, kX = 6, kY = 7, kZ = 8, kOne = 9;
+enum Monomial { kXX, kXY, kYY, kXZ, kYZ, kZZ, kX, kY, kZ, kOne };
 constexpr int kQuadraticOf[4][4] = {
     {kXX, kXY, kXZ, kX}, {kXY, kYY, kYZ, kY}, {kXZ, kYZ, kZZ, kZ}, {kX, kY, kZ, kOne}};
 

@@ -9,11 +9,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Sine below which the parallax is all rounding.
-constexpr double kLeastParallax = 1e-9;
-// Length of the five residuals that needs no polish: at a double root the motion is within 1e-7 of it.
-constexpr double kRounding = 1e-14;
-
 /// The rotation that takes the frame of two bearings to that of two others.
 Eigen::Matrix3d frame_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   Eigen::Matrix3d frame;
@@ -38,7 +33,8 @@ AlignedPairs align(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Ei
     pairs.x2[i] = x2[i];
     sum += pairs.x1[i].cross(x2[i]).squaredNorm();
   }
-  pairs.parallax = std::max(std::sqrt(sum / 5), kLeastParallax);
+  // A smaller sine is all rounding.
+  pairs.parallax = std::max(std::sqrt(sum / 5), 1e-9);
   return pairs;
 }
 
@@ -91,7 +87,8 @@ double polish(const AlignedPairs& pairs, Motion* motion) {
       normals[i] = turned1[i].cross(pairs.x2[i]);
       residual[i] = normals[i].dot(t);
     }
-    if (residual.squaredNorm() < kRounding * kRounding) return first_step;
+    // Five residuals of this length need no polish: at a double root the motion is within 1e-7 of it.
+    if (residual.squaredNorm() < 1e-14 * 1e-14) return first_step;
     const Eigen::Vector3d u = t.unitOrthogonal(), v = t.cross(u);
     Eigen::Matrix<double, 5, 5> jacobian;
     for (int i = 0; i < 5; ++i) {

@@ -15,14 +15,13 @@ using Row10 = Eigen::Matrix<double, 10, 1>;
 template <int N>
 bool null_space(Row10 (&conditions)[N], const Eigen::Matrix<double, 9 - N, 1>& mirror,
                 Row10 (&basis)[9 - N]) {
-  // What the reflections before it leave of a condition is the sine of its angle to them.
-  constexpr double kLeastSine2 = 1e-24;
   // Reflections I - v v^T; the entries before k stay as they are, v has zeros there.
   for (int k = 0; k < N; ++k) {
     Row10& v = conditions[k];
     for (int i = 0; i < k; ++i) v[i] = 0;
     const double length2 = v.squaredNorm();
-    if (!(length2 > kLeastSine2 && length2 < 2)) return false;
+    // What the reflections before it leave of a condition is the sine of its angle to them.
+    if (!(length2 > 1e-24 && length2 < 2)) return false;
     const double length = std::sqrt(length2);
     v[k] += std::copysign(length, v[k]);
     v *= 1 / std::sqrt(length * std::abs(v[k]));

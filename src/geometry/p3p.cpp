@@ -11,28 +11,33 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Square of the sine below which three points count as collinear: 1e-9 rad, where the pose could no longer be
-// told to 1e-6. Of bearings the cosines are used, which tell angles to 1.5e-8 rad: 3e-8 rad is the least.
-constexpr double kLeastSine2OfPoints = 1e-18;
-constexpr double kLeastSine2OfBearings = 1e-15;
-// Two solutions whose distances agree to this share of their length are one: a double root splits by the
-// square root of the rounding, 1e-8.
-constexpr double kSame = 1e-7;
-// Step of Newton's method, against the triangle's height, that leaves nothing to be done: the laws are
-// quadratic, so that it leaves a residual of its square. A step whose square is below rounding is the last
-// one anyway.
-constexpr double kLastStep = 5e-6, kRoundingStep = 1e-8;
-// Residual of the cosine laws, against the squares of the distances, that rounding leaves, and that a
-// solution may have where its Jacobian nearly vanishes.
-constexpr double kRounding = 1e-15;
-constexpr double kLargestResidual = 1e-13;
-// Height of a triangle over its longest side below which its image tells a rotation to fewer than 1e-12.
-constexpr double kFlat = 1e-2;
-// In radians: what such a solution may be off by and still be one.
-constexpr double kLargestAngle = 1e-7;
-// Share of the squared coefficient by which rounding and the rough cubic root may move a discriminant. Within
-// it a line that touches the conic (a camera on the danger cylinder) cannot be told from one that passes it.
-constexpr double kTouching = 1e-7;
+/// What 64 bits can carry. These limits follow from rounding, not from any scene, and are not to be tuned.
+struct RoundingLimits {
+  // Square of the sine below which three points count as collinear: 1e-9 rad, where the pose could no longer
+  // be determined to 1e-6. For bearings the cosines are used, which determine angles to 1.5e-8 rad: 3e-8 rad
+  // is the least.
+  double sine2_of_points = 1e-18, sine2_of_bearings = 1e-15;
+  // Two solutions whose distances agree to this share of their length are one: a double root splits by the
+  // square root of the rounding, 1e-8.
+  double same = 1e-7;
+  // Step of Newton's method, against the triangle's height, that leaves nothing to be done: the laws are
+  // quadratic, so that it leaves a residual of its square. A step whose square is below rounding is the last
+  // one anyway.
+  double last_step = 5e-6, rounding_step = 1e-8;
+  // Residual of the cosine laws, against the squares of the distances, that rounding leaves, and that a
+  // solution may have where its Jacobian nearly vanishes.
+  double residual = 1e-15, largest_residual = 1e-13;
+  // Height of a triangle over its longest side below which its image determines a rotation to fewer than
+  // 1e-12.
+  double flat = 1e-2;
+  // In radians: error that such a solution may have and still be one.
+  double largest_angle = 1e-7;
+  // Share of the squared coefficient by which rounding and the rough cubic root may move a discriminant.
+  // Within it a line that touches the conic (a camera on the danger cylinder) cannot be distinguished from
+  // one that passes it.
+  double touching = 1e-7;
+};
+constexpr RoundingLimits kLimits{};
 
 /// The law of cosines in the distances s1, s2, s3 to the three points, for each side, in units of the side
 /// 13: s1^2 + s2^2 - 2 c12 s1 s2 = b, s2^2 + s3^2 - 2 c23 s2 s3 = a, s1^2 + s3^2 - 2 c13 s1 s3 = 1.
@@ -117,7 +122,7 @@ using Pair = Eigen::Array2d;
   const double jk = d[j][k] + n * p + m * d[i][k];
   const double kk = d[k][k] + n * (r + d[i][k]);
   double discriminant = jk * jk - jj * kk;
-  if (discriminant < 0 && discriminant > -kTouching * jk * jk) discriminant = -discriminant;
+  if (discriminant < 0 && discriminant > -kLimits.touching * jk * jk) discriminant = -discriminant;
   if (!(discriminant >= 0)) return 0;
   const double q = -jk - std::copysign(std::sqrt(discriminant), jk);
   Pair s_j(q, kk), s_k(jj, q);
@@ -168,7 +173,7 @@ template <class T>
     const Linearized<double> at = linearized(t, s);
     error2 = at.r12 * at.r12 + at.r13 * at.r13 + at.r23 * at.r23;
     unit = 1 + s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
-    if (error2 <= kRounding * unit * kRounding * unit) return true;
+    if (error2 <= kLimits.residual * unit * kLimits.residual * unit) return true;
     // A share l of the step leaves (1 - l) r + l^2 q, with the quadratic forms q of the whole step.
     const double* d = at.step;
     const double q12 = 0.5 * (d[0] * d[0] + d[1] * d[1]) - t.c12 * d[0] * d[1];
@@ -180,7 +185,7 @@ template <class T>
     const double share = ratio > 0.25 ? 0.5 / ratio : 2 / (1 + std::sqrt(1 - 4 * ratio));
     for (int i = 0; i < 3; ++i) s[i] -= share * d[i];
   }
-  return error2 <= kLargestResidual * unit * kLargestResidual * unit;
+  return error2 <= kLimits.largest_residual * unit * kLimits.largest_residual * unit;
 }
 
 /// From where Newton's method began and from where it ended, until one succeeds; writes the solution to
@@ -189,7 +194,7 @@ template <class T>
 bool descend_from_either(const Triangle& t, const double start[3], double end[3]) {
   double other[3];
   std::copy(start, start + 3, other);
-  if (!(t.height2 > kFlat * kFlat)) std::swap_ranges(other, other + 3, end);
+  if (!(t.height2 > kLimits.flat * kLimits.flat)) std::swap_ranges(other, other + 3, end);
   if (!descend(t, other)) return descend(t, end);
   std::copy(other, other + 3, end);
   return true;
@@ -274,9 +279,9 @@ const Conic* split_pencil(const Triangle& t, const Conic& first, const Conic& se
   return nullptr;
 }
 
-/// Whether a point in the camera's frame is seen along the bearing within kLargestAngle.
+/// Whether a point in the camera's frame is seen along the bearing within largest_angle.
 bool projects(const Eigen::Vector3d& y, const Eigen::Vector3d& bearing) {
-  return y.cross(bearing).squaredNorm() <= kLargestAngle * kLargestAngle * y.squaredNorm() &&
+  return y.cross(bearing).squaredNorm() <= kLimits.largest_angle * kLimits.largest_angle * y.squaredNorm() &&
          y.dot(bearing) > 0;
 }
 
@@ -300,7 +305,7 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
   x_height -= (x_height.dot(x13) * inverse_d13) * x13;
   const Eigen::Vector3d normal = x_height.cross(x13);
   const double normal2 = normal.squaredNorm();
-  if (!(normal2 > kLeastSine2OfPoints * d13 * d13) || !std::isfinite(normal2)) return 0;
+  if (!(normal2 > kLimits.sine2_of_points * d13 * d13) || !std::isfinite(normal2)) return 0;
   const Triangle t = {(points[last] - points[middle]).squaredNorm() * inverse_d13,
                       x12.squaredNorm() * inverse_d13,
                       f1.dot(f2),
@@ -308,7 +313,7 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
                       f2.dot(f3),
                       normal2 * inverse_d13 * inverse_d13};
   const double largest_cosine = std::max({std::abs(t.c12), std::abs(t.c13), std::abs(t.c23)});
-  if (!(1 - largest_cosine * largest_cosine > kLeastSine2OfBearings)) return 0;
+  if (!(1 - largest_cosine * largest_cosine > kLimits.sine2_of_bearings)) return 0;
 
   const Conic conic1 = first_conic(t), conic2 = second_conic(t);
   double lines[2][3];
@@ -321,7 +326,8 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
   const double height = std::sqrt(normal2 * inverse_d13);
   const Eigen::Vector3d by13 = x13 * inverse_d13, by_height = x_height * (d13 * inverse_normal2),
                         by_normal = normal * inverse_normal2;
-  const double last_step2 = std::max(kLastStep * kLastStep * t.height2, kRoundingStep * kRoundingStep);
+  const double last_step2 = std::max(kLimits.last_step * kLimits.last_step * t.height2,
+                                     kLimits.rounding_step * kLimits.rounding_step);
   double found[4][3];
   int count = 0;
   for (const auto& line : lines) {
@@ -337,10 +343,10 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
         if (!descend_from_either(t, from, s)) continue;
       }
       if (!(s[0] > 0 && s[1] > 0 && s[2] > 0)) continue;
-      const bool is_exact = converged && t.height2 > kFlat * kFlat;
+      const bool is_exact = converged && t.height2 > kLimits.flat * kLimits.flat;
       const auto same = [&s](const double* other) {
         return std::abs(s[0] - other[0]) + std::abs(s[1] - other[1]) + std::abs(s[2] - other[2]) <=
-               kSame * (s[0] + s[1] + s[2]);
+               kLimits.same * (s[0] + s[1] + s[2]);
       };
       if (std::any_of(found, found + count, same)) continue;
       const Eigen::Vector3d y1 = unit * s[0] * f1, y12 = unit * s[1] * f2 - y1;

@@ -9,10 +9,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Rays that diverge by less than this (radians) are parallel: 1e-10 of a turn is far below any camera's
-// resolution, and still 1e5 times the rounding of a unit vector.
-constexpr double kParallel = 1e-10;
-
 /// A symmetric 3x3 system, refused when its reciprocal condition is below what 64 bits can carry.
 bool solve(const Eigen::Matrix3d& information, const Eigen::Vector3d& gradient, Eigen::Vector3d* step) {
   const Eigen::LDLT<Eigen::Matrix3d> ldlt(information);
@@ -75,7 +71,9 @@ bool triangulate_two_views(const Rigid3& second_from_first, const Eigen::Vector3
   const double p = turned1.cross(bearing2).norm();
   const double q = turned1.cross(t).norm();
   const double r = bearing2.cross(t).norm();
-  if (!(p > kParallel)) return false;
+  // Rays that diverge by less (radians) are parallel: it is far below any camera's resolution, and still 1e5
+  // times the rounding of a unit vector.
+  if (!(p > 1e-10)) return false;
   // The points at depths r/p and q/p along the rays, weighted by the inverse of their depths.
   const Eigen::Vector3d x_in_second = q / (q + r) * (t + r / p * (turned1 + bearing2));
   *x_in_first = second_from_first.inverse() * x_in_second;
