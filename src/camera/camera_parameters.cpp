@@ -32,8 +32,6 @@ CameraParameters guess_camera(int width_px, int height_px, double hfov_deg) {
 
 namespace {
 
-constexpr double kRounding = 1e-3;  // px
-
 /// Skew moves the pixels of a row sideways, in proportion to the row's distance from that of the centre.
 double largest_skew_shift_px(const std::array<double, 9>& matrix, int height_px) {
   const double skew = matrix[1], fy = matrix[4], cy = matrix[5];
@@ -44,15 +42,15 @@ double largest_skew_shift_px(const std::array<double, 9>& matrix, int height_px)
 
 std::string require_camera_matrix(const std::array<double, 9>& matrix, int height_px) {
   // The last row divides pixels, of which there are as many as the focal length is long.
-  const double divided = kRounding / std::max({1.0, std::abs(matrix[0]), std::abs(matrix[4])});
+  const double divided = kCalibrationRoundingPx / std::max({1.0, std::abs(matrix[0]), std::abs(matrix[4])});
   const auto is = [&](std::size_t place, double value, double within) {
     return std::abs(matrix[place] - value) <= within;  // false of what is no number
   };
-  if (!std::isfinite(matrix[1]) || !is(3, 0, kRounding) || !is(6, 0, divided) || !is(7, 0, divided) ||
-      !is(8, 1, divided)) {
+  if (!std::isfinite(matrix[1]) || !is(3, 0, kCalibrationRoundingPx) || !is(6, 0, divided) ||
+      !is(7, 0, divided) || !is(8, 1, divided)) {
     throw std::invalid_argument("is not of the form fx 0 cx 0 fy cy 0 0 1: expected a camera without skew");
   }
-  if (is(1, 0, kRounding)) return "";
+  if (is(1, 0, kCalibrationRoundingPx)) return "";
   const double shift = largest_skew_shift_px(matrix, height_px);
   if (!(shift <= kMaxSkewShiftPx)) {
     throw std::invalid_argument(formatted(
@@ -60,22 +58,22 @@ std::string require_camera_matrix(const std::array<double, 9>& matrix, int heigh
         "at most). Calibrate again with the skew held at zero (cameracalibrator.py --fisheye-fix-skew)",
         matrix[1], shift, kMaxSkewShiftPx));
   }
-  return shift <= kRounding ? ""
-                            : formatted(
-                                  "the skew of %.3g px is ignored: it moves no pixel by more than "
-                                  "%.2g px",
-                                  matrix[1], shift);
+  return shift <= kCalibrationRoundingPx
+             ? ""
+             : formatted(
+                   "the skew of %.3g px is ignored: it moves no pixel by more than "
+                   "%.2g px",
+                   matrix[1], shift);
 }
 
-bool is_same_camera(const CameraParameters& a, const CameraParameters& b, double tolerance_px) {
-  constexpr int kSteps = 8;  // across the image; distortion has no finer structure
+bool is_same_camera(const CameraParameters& a, const CameraParameters& b, double tolerance_px, int steps) {
   if (a == b) return true;
   if (a.width != b.width || a.height != b.height) return false;
   const CameraModel first(a), second(b);
   const double focal = std::max(first.focal(), second.focal());
-  for (int row = 0; row <= kSteps; ++row) {
-    for (int column = 0; column <= kSteps; ++column) {
-      const Eigen::Vector2d pixel((a.width - 1.0) * column / kSteps, (a.height - 1.0) * row / kSteps);
+  for (int row = 0; row <= steps; ++row) {
+    for (int column = 0; column <= steps; ++column) {
+      const Eigen::Vector2d pixel((a.width - 1.0) * column / steps, (a.height - 1.0) * row / steps);
       if (!(focal * (first.bearing(pixel) - second.bearing(pixel)).norm() <= tolerance_px)) return false;
     }
   }

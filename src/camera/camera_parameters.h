@@ -36,9 +36,10 @@ inline constexpr double kCalibrationRoundingPx = 1e-3;
 inline constexpr double kToleratedCalibrationChangePx = 0.2;
 
 /// Whether two calibrations are of one camera: the image sizes are equal, and no pixel's viewing ray differs
-/// by more than the tolerance [px].
+/// by more than the tolerance [px]. steps: of a grid of pixels across the image, whose rays are compared;
+/// distortion has no finer structure.
 bool is_same_camera(const CameraParameters& a, const CameraParameters& b,
-                    double tolerance_px = kCalibrationRoundingPx);
+                    double tolerance_px = kCalibrationRoundingPx, int steps = 8);
 
 /// In words, of two cameras that are not the same.
 std::string difference(const CameraParameters& a, const CameraParameters& b);

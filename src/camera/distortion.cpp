@@ -11,9 +11,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// 0.06 degrees from the plane z = 0: no pinhole camera has a pixel there.
-constexpr double kLargestRadius = 1e3;
-
 /// Smallest positive real root, or infinity. Coefficients from the constant term upwards.
 double smallest_positive_root(Eigen::VectorXd polynomial) {
   Eigen::Index size = polynomial.size();
@@ -83,7 +80,8 @@ double max_radius(const DistortionCoefficients& c) {
   const Eigen::Vector4d two_s_d_by_s(0, 2 * d[1], 4 * d[2], 6 * d[3]);
   const Eigen::VectorXd slope = product(n_by_r, d) - product(n, two_s_d_by_s);
   const double s = std::min(smallest_positive_root(slope), smallest_positive_root(d));
-  return std::min(std::sqrt(s), kLargestRadius);
+  // 1e3 is 0.06 degrees from the plane z = 0: no pinhole camera has a pixel there.
+  return std::min(std::sqrt(s), 1e3);
 }
 
 Eigen::Vector2d distort(const DistortionCoefficients& c, const Eigen::Vector2d& plane,
