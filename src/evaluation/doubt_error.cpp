@@ -13,10 +13,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr std::size_t kMinPoses = 10;  // of a map: a similarity fits fewer too well
-constexpr double kOff = 5;             // medians
-constexpr int kSteps = 30;             // of the fits, which settle in a dozen
-
 struct Pair {
   const ReportedPose* reported;
   const Rigid3* reference;
@@ -78,12 +74,13 @@ double rotation_error_deg(const Pair& pair, const Eigen::Quaterniond& reference_
          kDegree;
 }
 
-void add_deviations(const std::vector<Pair>& pairs, std::vector<PoseDeviation>* deviations) {
-  if (pairs.size() < kMinPoses) return;
+void add_deviations(const std::vector<Pair>& pairs, const DeviationOptions& options,
+                    std::vector<PoseDeviation>* deviations) {
+  if (pairs.size() < options.min_poses) return;
   const std::vector<double> equal(pairs.size(), 1);
   Sim3 reference_from_map = align_positions(pairs, equal);
   Eigen::Quaterniond rotation = align_orientations(pairs, equal);
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < options.steps; ++step) {
     reference_from_map = align_positions(
         pairs, weights_of(pairs, [&](const Pair& p) { return position_error(p, reference_from_map); }));
     rotation = align_orientations(
@@ -106,7 +103,8 @@ double median_of(const std::vector<PoseDeviation>& deviations, Value value) {
 }  // namespace
 
 std::vector<PoseDeviation> deviations_of(const std::vector<StampedPose>& reference,
-                                         const std::vector<ReportedPose>& reported) {
+                                         const std::vector<ReportedPose>& reported,
+                                         const DeviationOptions& options) {
   std::map<std::int64_t, const Rigid3*> known;
   for (const StampedPose& pose : reference) known[pose.stamp_ns] = &pose.map_from_camera;
   std::map<std::uint32_t, std::vector<Pair>> maps;
@@ -115,11 +113,11 @@ std::vector<PoseDeviation> deviations_of(const std::vector<StampedPose>& referen
     if (found != known.end()) maps[pose.map_id].push_back({&pose, found->second});
   }
   std::vector<PoseDeviation> deviations;
-  for (const auto& entry : maps) add_deviations(entry.second, &deviations);
+  for (const auto& entry : maps) add_deviations(entry.second, options, &deviations);
   const double position = median_of(deviations, [](const PoseDeviation& d) { return d.position; });
   const double rotation = median_of(deviations, [](const PoseDeviation& d) { return d.rotation_deg; });
   for (PoseDeviation& d : deviations) {
-    d.off = d.position > kOff * position || d.rotation_deg > kOff * rotation;
+    d.off = d.position > options.off * position || d.rotation_deg > options.off * rotation;
   }
   std::sort(deviations.begin(), deviations.end(),
             [](const PoseDeviation& a, const PoseDeviation& b) { return a.stamp_ns < b.stamp_ns; });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -7,6 +8,12 @@
 #include "mono_pose_tracker/io/trajectory.h"
 
 namespace mono_pose_tracker {
+
+struct DeviationOptions {
+  std::size_t min_poses = 10;  // of a map: a similarity fits fewer too well
+  double off = 5;              // medians of the errors, above which a pose is wrong
+  int steps = 30;              // of the fits, which settle in a dozen
+};
 
 /// A pose as it was reported live.
 struct ReportedPose {
@@ -22,14 +29,15 @@ struct PoseDeviation {
   double position = 0;  // in the reference's unit
   double rotation_deg = 0;
   bool doubtful = false;
-  bool off = false;  // position or rotation error above five times the median of all
+  bool off = false;  // position or rotation error above DeviationOptions::off medians of all
 };
 
 /// Evaluates whether wrong poses were reported as doubtful. `reference`: more accurate poses of the same
 /// images with equal stamps, such as the offline result; images without one are excluded. Each map is aligned
 /// with Huber's loss, orientations apart from positions, so that wrong poses have little influence. Maps with
-/// fewer than ten poses are excluded. Sorted by stamp.
+/// fewer than min_poses are excluded. Sorted by stamp.
 std::vector<PoseDeviation> deviations_of(const std::vector<StampedPose>& reference,
-                                         const std::vector<ReportedPose>& reported);
+                                         const std::vector<ReportedPose>& reported,
+                                         const DeviationOptions& options = {});
 
 }  // namespace mono_pose_tracker

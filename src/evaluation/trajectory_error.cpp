@@ -18,9 +18,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Shortest step relative to the mean step; the direction of a shorter one is rounding of the reference.
-constexpr double kNoMotion = 1e-3;
-
 struct Match {
   std::size_t reference, estimate;
 };
@@ -147,7 +144,8 @@ void measure_steps(const std::vector<PosePair>& pairs, TrajectoryError* error) {
                        pairs[i].estimate.inverse() * pairs[i + 1].estimate);
     length += steps.back().first.translation.norm();
   }
-  const double no_motion = kNoMotion * length / static_cast<double>(steps.size());
+  // The direction of a step shorter than a thousandth of the mean one is rounding of the reference.
+  const double no_motion = 1e-3 * length / static_cast<double>(steps.size());
   std::vector<double> rotations, directions;
   for (const auto& [reference, estimate] : steps) {
     rotations.push_back(rotation_angle_between(reference.rotation, estimate.rotation) / kDegree);
