@@ -14,12 +14,6 @@
 #endif
 
 namespace mono_pose_tracker {
-namespace {
-
-// Between two pieces of work: to wake a thread that sleeps takes as long.
-constexpr std::chrono::microseconds kAwake{100};
-
-}  // namespace
 
 ThreadTeam::~ThreadTeam() {
   {
@@ -73,7 +67,8 @@ void ThreadTeam::help() {
 // For another round than that; false at the end.
 bool ThreadTeam::wait_for_work(unsigned done) {
   const auto is_over = [&] { return round_ != done || ends_; };
-  const auto sleeps_at = std::chrono::steady_clock::now() + kAwake;
+  // To wake a thread that sleeps takes as long as this.
+  const auto sleeps_at = std::chrono::steady_clock::now() + std::chrono::microseconds(100);
   // Where others have work for this processor, they have it.
   while (!is_over() && std::chrono::steady_clock::now() < sleeps_at) std::this_thread::yield();
   if (!is_over()) {
@@ -88,10 +83,6 @@ bool ThreadTeam::wait_for_work(unsigned done) {
 namespace {
 
 #ifdef __linux__
-// ns. What wakes waits until the thread that runs has had its slice, of some ms, however much nicer that is:
-// the threads that help tracking for a fraction of a millisecond would come too late. The least there is.
-constexpr std::uint64_t kShortSlice = 100'000;
-
 // As the kernel has it (linux/sched/types.h, which newer C libraries clash with), first version.
 struct SchedulingAttributes {
   std::uint32_t size = sizeof(SchedulingAttributes);
@@ -115,7 +106,10 @@ void lower_thread_priority(int steps) {
   SchedulingAttributes attributes;
   if (syscall(SYS_sched_getattr, 0, &attributes, sizeof attributes, 0) != 0) return;
   if (attributes.policy != SCHED_OTHER) return;  // what was chosen stays
-  attributes.runtime = kShortSlice;
+  // A thread that wakes waits until the running thread has had its slice of some ms, however much nicer that
+  // one is: the threads that help tracking for a fraction of a millisecond would come too late. This slice,
+  // in ns, is the shortest that Linux accepts.
+  attributes.runtime = 100'000;
   syscall(SYS_sched_setattr, 0, &attributes, 0);
 #else
   static_cast<void>(steps);
