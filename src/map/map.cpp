@@ -13,8 +13,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr std::size_t kRemembered = 16;  // keyframes, whose own landmarks are asked for
-
 std::vector<Observation>::iterator find_observation(Landmark& landmark, KeyframeId keyframe) {
   return std::lower_bound(landmark.observations.begin(), landmark.observations.end(), keyframe,
                           [](const Observation& o, KeyframeId id) { return o.keyframe < id; });
@@ -229,7 +227,8 @@ std::vector<LandmarkId> Map::landmark_ids() const {
 }
 
 void Map::forget_first_landmarks() {
-  while (first_landmark_.size() > kRemembered) first_landmark_.erase(first_landmark_.begin());
+  // The landmarks of the newest 16 keyframes are asked for.
+  while (first_landmark_.size() > 16) first_landmark_.erase(first_landmark_.begin());
 }
 
 std::vector<LandmarkId> Map::landmarks_created_by(KeyframeId id) const {
