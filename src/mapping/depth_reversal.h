@@ -11,7 +11,7 @@ namespace mono_pose_tracker {
 
 /// Replaces the map by its depth reversal. Seen from far away, an object looks the same with reversed depths
 /// and opposite rotations (Necker reversal), and also when it is flatter and rotates farther (bas-relief
-/// ambiguity). Depths are relative to the centroid of the landmarks in the first keyframe. Rotations are
+/// ambiguity). Depths are relative to the median of the landmarks in the first keyframe. Rotations are
 /// multiplied by `stretch`, depths divided by it. The images agree up to perspective.
 void reverse_depth(double stretch, Map* map, const AlternativeMapOptions& options = {});
 
@@ -31,11 +31,11 @@ bool is_narrow(const Map& map, const AlternativeMapOptions& options = {});
 bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map,
                             const AlternativeMapOptions& options = {});
 
-/// p-value (alternative_map.h) of the best depth-reversed map, or of a stretched map that rotates half as far
-/// again or less and keeps its rotation when adjusted: the larger. 0 where the map is not narrow, as it is
-/// then unambiguous. A map of one rigid object that has rotated far enough has a small one. A map with wrong
-/// depths fits no better than its reversal or than a flatter map with larger rotations. A large map is
-/// compared by a sample of its landmarks.
+/// p-value (alternative_map.h) of the best depth-reversed map, or of a stretched map that, when adjusted,
+/// still rotates at least 1.5 times as far or at most two thirds as far: the larger. 0 where the map is not
+/// narrow, as it is then unambiguous. A map of one rigid object that has rotated far enough has a small one.
+/// A map with wrong depths fits no better than its reversal or than a flatter map with larger rotations. A
+/// large map is compared by a sample of its landmarks.
 double reversal_p_value(const BundleOptions& bundle, const Map& map,
                         const AlternativeMapOptions& options = {});
 

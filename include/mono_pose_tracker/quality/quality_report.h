@@ -14,8 +14,8 @@ class ViewGraph;
 /// Findings about a map: evidence against it, or information on it.
 enum class FindingKind {
   kInconsistentSegment,  // images elsewhere than the view graph's matches say
-  kUncertainScale,       // test 2: lengths before and after a moment
-  kUncertainPath,        // test 2: positions of the keyframes
+  kUncertainScale,       // lengths before and after a moment
+  kUncertainPath,        // positions of the keyframes
   kDepthReversal,        // an alternative hypothesis explains the images about as well
   kPlanarAmbiguity,
   kOtherObject,  // another rigid object may be the one that is wanted
@@ -34,7 +34,8 @@ struct Finding {
   FindingKind kind = FindingKind::kCalibration;
   std::vector<std::int64_t> images;  // frame indices concerned; empty: all
   int k = 0, n = 0;                  // k of n matches, landmarks or images; 0 of 0: not counted
-  std::optional<double> p_value;     // under the hypothesis of a correct map; none: not a test
+  std::optional<double> p_value;     // of the test; of an alternative: that it is no worse than the
+                                     // map. None: not a test
   bool is_disqualifying = true;      // the map is not confirmed
   std::string text;                  // what was found, how bad, what to do; one line
 };
