@@ -21,19 +21,21 @@ double capped_error2(const Map& map, const Observation& observation, double outl
 
 }  // namespace
 
-double p_value_of(const Map& alternative, const Map& map, double outlier_sigmas) {
+double p_value_of(const Map& alternative, const Map& map, const AlternativeMapOptions& options) {
   const auto count = static_cast<double>(map.landmarks().size());
-  if (count < 2) return 1;
-  double sum = 0, squared = 0;
-  for (const auto& entry : map.landmarks()) {
-    double extra = 0;
-    for (const Observation& o : entry.second.observations)
-      extra += capped_error2(alternative, o, outlier_sigmas) - capped_error2(map, o, outlier_sigmas);
-    sum += extra;
-    squared += extra * extra;
+  double cost = 0, sum = 0, squared = 0;
+  for (const LandmarkId id : map.landmark_ids()) {
+    double own = 0, other = 0;
+    for (const Observation& o : map.landmark(id)->observations) {
+      own += capped_error2(map, o, options.outlier_sigmas);
+      other += capped_error2(alternative, o, options.outlier_sigmas);
+    }
+    cost += own;
+    sum += other - own;
+    squared += (other - own) * (other - own);
   }
   const double variance = (squared - sum * sum / count) / (count - 1);  // of a difference
-  if (variance <= 0) return sum > 0 ? 0 : 1;
+  if (count < 2 || variance <= 0 || sum <= options.min_extra_cost * cost) return 1;
   return student_tail(sum / std::sqrt(count * variance), static_cast<int>(count) - 1);
 }
 

@@ -16,6 +16,9 @@ struct AlternativeMapOptions {
   double far_higher_cost = 3;  // a cost higher by this factor after the first iterations is
                                // not brought near by further ones
 
+  double min_extra_cost = 0.1;  // share of the map's cost: where both are equally wrong, the costs differ by
+                                // less, and the map has the advantage that its outliers were removed
+
   // Depth reversal.
   double narrow = 0.15;   // rad, rms about the mean bearing: 8.6 degrees, below which a map may be reversed
   double max_tilt = 1.4;  // rad: beyond, another side of the object is visible
@@ -39,8 +42,8 @@ struct AlternativeMapOptions {
 /// Probability that the alternative costs so much more than the map by chance, if it were no worse: Student's
 /// t-test of the differences of the landmarks' costs (Vuong 1989). The errors of a landmark are correlated,
 /// as its features drift along the track, so that each landmark counts as one. Observations that the
-/// alternative has lost cost as much as outliers.
-double p_value_of(const Map& alternative, const Map& map, double outlier_sigmas);
+/// alternative has lost cost as much as outliers. 1 where it costs less than min_extra_cost more.
+double p_value_of(const Map& alternative, const Map& map, const AlternativeMapOptions& options);
 
 /// Sum of squared errors, each capped.
 inline double cost_of(const Map& map, double outlier_sigmas) {

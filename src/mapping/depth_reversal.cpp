@@ -177,7 +177,7 @@ double p_value_when_stretched(BundleOptions trial, const AlternativeMapOptions& 
       return 0;
     trial.max_iterations = options.max_iterations;
   }
-  return p_value_of(alternative, map, options.outlier_sigmas);
+  return p_value_of(alternative, map, options);
 }
 
 double highest_p_value_when_stretched(const BundleOptions& bundle, const AlternativeMapOptions& options,
@@ -238,7 +238,8 @@ double reversal_p_value(const BundleOptions& bundle, const Map& map, const Alter
   const double cost = cost_of(compared, options.outlier_sigmas);
   double alternative_cost = 0;
   const Map reversed = cheapest_reversal(bundle, options, compared, cost, &alternative_cost);
-  return std::max(p_value_of(reversed, compared, options.outlier_sigmas),
+  const bool is_far_higher = alternative_cost > options.far_higher_cost * cost;
+  return std::max(is_far_higher ? 0 : p_value_of(reversed, compared, options),
                   highest_p_value_when_stretched(bundle, options, compared, cost));
 }
 

@@ -95,9 +95,18 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
   return removed;
 }
 
+// Unless these are more than half of the map: then something else is wrong, such as the calibration.
+void Mapper::remove_wrong(const std::set<KeyframeId>& wrong, std::set<KeyframeId>* removed) {
+  if (2 * wrong.size() > map_.keyframes().size() + 1) return;
+  remove_keyframes(wrong);
+  for (const KeyframeId id : wrong) {
+    if (!map_.keyframe(id)) removed->insert(id);
+  }
+}
+
 // Moves segments to where the others' landmarks place them as one. Other segments that these landmarks do not
-// confirm are removed, and keyframes far off the motion of the others, unless these are more than half of the
-// map: then something else is wrong, such as the calibration. Returns whether any was moved.
+// confirm are removed, and, where nothing was moved, keyframes far off the motion of the others. Returns
+// whether any was moved.
 bool Mapper::correct_segments(const std::vector<InconsistentSegment>& segments,
                               const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed) {
   bool has_moved = false;
@@ -112,15 +121,12 @@ bool Mapper::correct_segments(const std::vector<InconsistentSegment>& segments,
       wrong.insert(segment.keyframes.begin(), segment.keyframes.end());
     }
   }
-  wrong.merge(off_motion(map_, limits_.motion_prior));
-  const std::size_t before = map_.keyframes().size();
-  if (2 * wrong.size() <= before + 1) remove_keyframes(wrong);
-  for (const KeyframeId id : wrong) {
-    if (!map_.keyframe(id)) removed->insert(id);
-  }
+  remove_wrong(wrong, removed);
   if (has_moved) {
     adjust_after_merging();
     cull_observations(map_.landmark_ids());
+  } else {
+    remove_wrong(off_motion(map_, limits_.motion_prior), removed);
   }
   return has_moved;
 }

@@ -187,6 +187,7 @@ class Mapper {
   void settle();
   bool correct_segments(const std::vector<InconsistentSegment>& segments,
                         const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed);
+  void remove_wrong(const std::set<KeyframeId>& wrong, std::set<KeyframeId>* removed);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);

@@ -12,11 +12,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of three keyframes in a row.
+using Keyframes = std::vector<const Keyframe*>;
+
+// Of three keyframes.
 struct Acceleration {
   double value = 0;      // map units / s^2
-  double deviation = 0;  // of the last position from the one expected of the two before, map units; the same
-                         // for the first and the two after it
+  double deviation = 0;  // of the first or the last position from the one expected of the two others: the
+                         // smaller one, map units
 };
 
 Acceleration acceleration_of(const Keyframe& a, const Keyframe& b, const Keyframe& c) {
@@ -33,31 +35,58 @@ double chi_square_3_tail(double squared) {
   return std::erfc(std::sqrt(squared / 2)) + std::sqrt(2 * squared / kPi) * std::exp(-squared / 2);
 }
 
+Keyframes of_this_run(const Map& map) {
+  Keyframes in_time = keyframes_in_time(map);
+  in_time.erase(std::remove_if(in_time.begin(), in_time.end(),
+                               [](const Keyframe* k) { return is_of_earlier_run(k->frame_index); }),
+                in_time.end());
+  return in_time;
+}
+
+// The gate for the accelerations of these keyframes.
+class Gate {
+ public:
+  Gate(const Keyframes& in_time, const MotionPriorOptions& options)
+      : p_value_(options.significance / static_cast<double>(in_time.size())) {
+    constexpr double kMedianOfNorm = 1.538;  // of three standard normal variables
+    double length = 0;
+    std::vector<double> values;
+    for (std::size_t k = 0; k + 1 < in_time.size(); ++k) {
+      length += (in_time[k + 1]->center_in_map() - in_time[k]->center_in_map()).norm();
+      if (k + 2 < in_time.size())
+        values.push_back(acceleration_of(*in_time[k], *in_time[k + 1], *in_time[k + 2]).value);
+    }
+    least_deviation_ = 3 * options.max_path_sigma * length;
+    sigma_ = median(std::move(values)) / kMedianOfNorm;
+  }
+
+  bool contradicts(const Keyframe* a, const Keyframe* b, const Keyframe* c) const {
+    const Acceleration acceleration = acceleration_of(*a, *b, *c);
+    return acceleration.deviation > least_deviation_ && sigma_ > 0 &&
+           chi_square_3_tail(std::pow(acceleration.value / sigma_, 2)) < p_value_;
+  }
+
+ private:
+  double p_value_, least_deviation_ = 0, sigma_ = 0;
+};
+
 }  // namespace
 
 std::set<KeyframeId> off_motion(const Map& map, const MotionPriorOptions& options) {
-  constexpr double kMedianOfNorm = 1.538;  // of three standard normal variables
-  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
+  const Keyframes in_time = of_this_run(map);
   std::set<KeyframeId> off;
   if (in_time.size() < options.fewest + 2) return off;
-  std::vector<Acceleration> accelerations;  // the k-th is of keyframes k to k + 2
-  std::vector<double> values;
-  double length = 0;
-  for (std::size_t k = 0; k + 1 < in_time.size(); ++k) {
-    length += (in_time[k + 1]->center_in_map() - in_time[k]->center_in_map()).norm();
-    if (k + 2 == in_time.size()) break;
-    accelerations.push_back(acceleration_of(*in_time[k], *in_time[k + 1], *in_time[k + 2]));
-    values.push_back(accelerations.back().value);
-  }
-  const double sigma = median(std::move(values)) / kMedianOfNorm;
-  if (sigma <= 0) return off;
-  const auto contradicts = [&](const Acceleration& acceleration) {
-    return acceleration.deviation > 3 * options.max_path_sigma * length &&
-           chi_square_3_tail(std::pow(acceleration.value / sigma, 2)) <
-               options.significance / static_cast<double>(in_time.size());
-  };
-  for (std::size_t k = 2; k < accelerations.size(); ++k) {
-    if (contradicts(accelerations[k - 2]) && contradicts(accelerations[k])) off.insert(in_time[k]->id);
+  const Gate gate(in_time, options);
+  for (const std::size_t row : {1, 2}) {  // keyframes [k, k + row)
+    for (std::size_t k = 2; k + row + 1 < in_time.size(); ++k) {
+      const Keyframe *const *before = &in_time[k - 2], *const *first = &in_time[k],
+                            *const *last = &in_time[k + row - 1], *const *after = &in_time[k + row];
+      if (gate.contradicts(before[0], before[1], *first) && gate.contradicts(*last, after[0], after[1]) &&
+          !gate.contradicts(before[0], before[1], after[0]) &&
+          !gate.contradicts(before[1], after[0], after[1])) {
+        for (std::size_t i = k; i < k + row; ++i) off.insert(in_time[i]->id);
+      }
+    }
   }
   return off;
 }

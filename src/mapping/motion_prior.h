@@ -14,14 +14,15 @@ struct MotionPriorOptions {
   std::size_t fewest = 10;       // accelerations from which their variance is estimated
 };
 
-/// Keyframes whose positions contradict the motion before as well as the motion after them: single ones or
-/// two in a row, far from both. The camera is expected to keep its velocity; its acceleration is white noise
-/// with the variance that the recording shows (the median, for a hand as for a car), and the gate is the tail
-/// of the chi-square distribution of three degrees of freedom, corrected for the number of keyframes
-/// (Bonferroni). The beginning of another place contradicts the motion before only, and is none.
+/// Keyframes whose positions contradict the motion before as well as the motion after them, which agree with
+/// each other without these: single ones or two in a row. The camera is expected to keep its velocity; its
+/// acceleration is white noise with the variance that the recording shows (the median, for a hand as for a
+/// car), and the gate is the tail of the chi-square distribution of three degrees of freedom, corrected for
+/// the number of keyframes (Bonferroni). A corner, a stop or another place contradicts the motion on one
+/// side, or is part of the motion of the others. Keyframes of earlier runs are not judged.
 ///
 /// Motions can be like that. The landmarks that such a keyframe has helped to triangulate say nothing about
-/// it: its position is to be confirmed by the others.
+/// it: its position is to be found again by the others.
 std::set<KeyframeId> off_motion(const Map& map, const MotionPriorOptions& options);
 
 }  // namespace mono_pose_tracker

@@ -226,7 +226,7 @@ std::optional<Alternative> best_alternative(const BundleOptions& bundle, const R
   as_far.max_iterations = options.trial_iterations + options.max_iterations;
   adjust_map(as_far, &itself);
   const double own_cost = cost_of(itself, observations, options.outlier_sigmas);
-  best->p_value = p_value_of(best->map, own_cost < cost ? itself : map, options.outlier_sigmas);
+  best->p_value = p_value_of(best->map, own_cost < cost ? itself : map, options);
   best->cost /= std::min(cost, own_cost);
   return best;
 }

@@ -17,9 +17,8 @@ struct DoubtfulFramesOptions {
                           // blurred
 };
 
-// Frames that rest on less than three views: of the images next to them at most one other has a pose. They
-// were registered by landmarks alone, which repeated structure has elsewhere as well, and the images that
-// show the same were not registered there.
+// Frames of which at most one image next to them has a pose as well: no third view confirms their place,
+// which repeated structure may have elsewhere, and the images that show the same were not registered there.
 std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory,
                                        const DoubtfulFramesOptions& options = {});
 

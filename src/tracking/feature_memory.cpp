@@ -19,12 +19,13 @@ constexpr std::size_t kKeptOfImage = 2;
 bool finds_the_same(const SiftOptions& a, const SiftOptions& b) {
   const auto what_counts = [](const SiftOptions& options) {
     const auto& [implementation, first_octave, reduction, max_features, contrast_threshold, edge_threshold,
-                 octave_layers, sigma, finer_for_small_objects, root_sift, min_features, num_threads,
-                 cancelled] = options;
+                 octave_layers, sigma, finer_for_small_objects, root_sift, min_features, min_contrast_share,
+                 num_threads, cancelled] = options;
     (void)num_threads;
     (void)cancelled;
     return std::tie(implementation, first_octave, reduction, max_features, contrast_threshold, edge_threshold,
-                    octave_layers, sigma, finer_for_small_objects, root_sift, min_features);
+                    octave_layers, sigma, finer_for_small_objects, root_sift, min_features,
+                    min_contrast_share);
   };
   return what_counts(a) == what_counts(b);
 }

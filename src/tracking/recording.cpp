@@ -255,7 +255,6 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   // After an interruption not everything was tried.
   tracker->assess_maps(recording.interrupted() ? 0 : result->frames_with_features, &result->maps);
   result->trajectory = tracker->trajectory();
-  for (const FinishedMap& map : result->maps) result->doubtful.merge(isolated_frames(map.trajectory));
   add_findings(result);
   // Otherwise the recording may be tracked again.
   if (is_confirmed(*result)) result->doubt = doubt.take();

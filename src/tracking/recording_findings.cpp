@@ -62,8 +62,10 @@ std::string some_of(const std::vector<std::int64_t>& frames, std::size_t most) {
   return frames.size() > most ? numbers + ", ..." : numbers;
 }
 
-void report_uncertain_images(const RecordingFindingsOptions& options, const std::set<std::int64_t>& doubtful,
+// Images located in a loaded map rest on the images of earlier runs.
+void report_uncertain_images(const RecordingFindingsOptions& options, std::set<std::int64_t> doubtful,
                              std::size_t place, FinishedMap* map) {
+  if (!is_loaded(*map)) doubtful.merge(isolated_frames(map->trajectory, options.doubtful));
   const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, doubtful);
   if (alone.empty()) return;
   Finding finding;

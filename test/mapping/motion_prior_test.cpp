@@ -62,6 +62,29 @@ TEST(OffMotion, NotAfterAGapInTime) {
   EXPECT_TRUE(off_motion_of(positions, stamps_ms).empty());
 }
 
+// The camera turns twice by 90 degrees, two keyframes apart, and stops for two intervals.
+TEST(OffMotion, NotCornersAndStops) {
+  std::vector<Eigen::Vector3d> positions = walk(40);
+  for (int k = 21; k < 40; ++k) positions[k] += Eigen::Vector3d(-std::min(2, k - 20), std::min(2, k - 20), 0);
+  EXPECT_TRUE(off_motion_of(positions).empty());
+  for (int k = 31; k < 40; ++k) positions[k].x() -= std::min(2, k - 30);
+  EXPECT_TRUE(off_motion_of(positions).empty());
+}
+
+// The landmarks that three have in common are known to them.
+TEST(OffMotion, NotThreeInARow) {
+  std::vector<Eigen::Vector3d> positions = walk(40);
+  for (int k = 14; k < 17; ++k) positions[k].y() += 5;
+  EXPECT_TRUE(off_motion_of(positions).empty());
+}
+
+TEST(OffMotion, NotARightKeyframeBetweenWrongOnes) {
+  std::vector<Eigen::Vector3d> positions = walk(40);
+  positions[14].y() += 5;
+  positions[16].y() += 5;
+  EXPECT_EQ(off_motion_of(positions).count(15), 0U);
+}
+
 TEST(OffMotion, NothingOfAFewKeyframes) {
   std::vector<Eigen::Vector3d> positions = walk(8);
   positions[4].y() += 5;
