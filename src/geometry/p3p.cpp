@@ -20,9 +20,9 @@ struct RoundingLimits {
   // Two solutions whose distances agree to this share of their length are one: a double root splits by the
   // square root of the rounding, 1e-8.
   double same = 1e-7;
-  // Step of Newton's method, against the triangle's height, that leaves nothing to be done: the laws are
-  // quadratic, so that it leaves a residual of its square. A step whose square is below rounding is the last
-  // one anyway.
+  // Step of Newton's method, against the triangle's height, that is the last: the laws are quadratic, so that
+  // it leaves a residual of twice its square, and a rotation orthonormal to 5e-11. A step whose square is
+  // below rounding is the last one anyway.
   double last_step = 5e-6, rounding_step = 1e-8;
   // Residual of the cosine laws, against the squares of the distances, that rounding leaves, and that a
   // solution may have where its Jacobian nearly vanishes.
