@@ -68,8 +68,7 @@ std::vector<int> sorted_distances2(const std::vector<Match>& matches) {
 // Keeps for each feature its match on the line or in the decoy strip, whichever has the more similar
 // descriptor; of equals, the one on the line.
 void keep_winners(std::size_t features, std::vector<Match>* on_line, std::vector<Match>* decoy) {
-  constexpr int kNone = std::numeric_limits<int>::max();
-  std::vector<int> best_on_line(features, kNone), best_decoy(features, kNone);
+  std::vector<int> best_on_line(features, std::numeric_limits<int>::max()), best_decoy = best_on_line;
   for (const Match& m : *on_line) best_on_line[m.first] = m.distance2;
   for (const Match& m : *decoy) best_decoy[m.first] = m.distance2;
   const auto keep = [](std::vector<Match>* matches, auto wins) {

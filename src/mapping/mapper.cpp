@@ -188,10 +188,9 @@ void Mapper::report_corrected_beginning() {
 // Landmarks that may be in view of a keyframe; nothing: all. In a large map: landmarks of keyframes connected
 // to it directly or by one between, and of similar keyframes.
 std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, SimilarKeyframes* known) const {
-  constexpr int kAll = std::numeric_limits<int>::max();
   const std::size_t keyframes = map_.keyframes().size();
   if (keyframes <= limits_.large_map) return std::nullopt;
-  const std::vector<KeyframeId> direct = neighbors(id, kAll);
+  const std::vector<KeyframeId> direct = neighbors(id, std::numeric_limits<int>::max());
   if (2 * direct.size() > keyframes) return std::nullopt;
   std::set<KeyframeId> near = {id};
   const auto add_with_neighbors = [&](KeyframeId other) {

@@ -97,12 +97,10 @@ void Mapper::remove_keyframe(KeyframeId id) {
 }
 
 void Mapper::remove_keyframes(const std::set<KeyframeId>& ids) {
-  constexpr int kOfTheFrame = 2;
-  auto keyframe = map_.keyframes().begin();
-  std::set<KeyframeId> spared;
-  for (int i = 0; i < kOfTheFrame && keyframe != map_.keyframes().end(); ++i) {
-    spared.insert((keyframe++)->first);
-  }
+  std::set<KeyframeId> spared;  // two define the frame of the map
+  for (auto keyframe = map_.keyframes().begin(); keyframe != map_.keyframes().end() && spared.size() < 2;
+       ++keyframe)
+    spared.insert(keyframe->first);
   for (const KeyframeId id : ids) {
     if (map_.keyframe(id) && !spared.count(id)) remove_keyframe(id);
   }

@@ -6,6 +6,7 @@
 
 #include "common/rotation.h"
 #include "common/statistics.h"
+#include "common/time_stamp.h"
 #include "keyframe_landmarks.h"
 
 namespace mono_pose_tracker {
@@ -22,9 +23,9 @@ struct Acceleration {
 };
 
 Acceleration acceleration_of(const Keyframe& a, const Keyframe& b, const Keyframe& c) {
-  constexpr double kNanosecond = 1e-9, kShortest = 1e-6;  // s
-  const double before = std::max(kShortest, kNanosecond * static_cast<double>(b.stamp_ns - a.stamp_ns)),
-               after = std::max(kShortest, kNanosecond * static_cast<double>(c.stamp_ns - b.stamp_ns));
+  const double shortest = 1e-6;  // s, for stamps that are equal
+  const double before = std::max(shortest, seconds_between(a.stamp_ns, b.stamp_ns)),
+               after = std::max(shortest, seconds_between(b.stamp_ns, c.stamp_ns));
   const Eigen::Vector3d change =
       (c.center_in_map() - b.center_in_map()) / after - (b.center_in_map() - a.center_in_map()) / before;
   return {2 * change.norm() / (before + after), change.norm() * std::min(before, after)};

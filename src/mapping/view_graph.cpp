@@ -111,9 +111,9 @@ const TwoViewGeometry* ViewGraph::edge(int first, int second) const {
 }
 
 double ViewGraph::max_error_rad(const Pair& pair) const {
-  constexpr double kLongerSide = 1000;  // px, image size of max_error_px
   const auto of_camera = [&](const CameraModel& camera) {
-    return options_.max_error_px * std::max(1.0, longer_side(camera) / kLongerSide) / camera.focal();
+    return options_.max_error_px * std::max(1.0, longer_side(camera) / options_.longer_side_px) /
+           camera.focal();
   };
   return std::max(of_camera(nodes_[pair.first].image->camera), of_camera(nodes_[pair.second].image->camera));
 }
@@ -150,9 +150,8 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   pose.ransac.threshold = max_error_rad(pair);
   pose.ransac.seed += static_cast<std::uint64_t>(nodes_[pair.first].frame_index);
   pose.max_hypotheses = motion == 1 ? 2 : 1;
-  // A motion of fewer matches makes no edge.
-  constexpr int kSampleSize = 5;
-  const double needed = ransac_iterations_needed(least, count, kSampleSize, pose.ransac.confidence);
+  // A motion of fewer matches makes no edge. Samples are of five.
+  const double needed = ransac_iterations_needed(least, count, 5, pose.ransac.confidence);
   pose.ransac.max_iterations = static_cast<int>(
       std::clamp<double>(std::ceil(needed), pose.ransac.min_iterations, pose.ransac.max_iterations));
   pose.quality = rest.quality;

@@ -13,8 +13,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr std::size_t kMostKeyframes = 300;  // takes three seconds
-
 using Keyframes = std::vector<const Keyframe*>;
 
 double length_of(const Keyframes& in_time) {
@@ -51,9 +49,9 @@ double PathPrecision::share() const {
   return length > 0 ? sigma / length : std::numeric_limits<double>::infinity();
 }
 
-PathPrecision path_precision(const Map& map) {
+PathPrecision path_precision(const Map& map, std::size_t most_keyframes) {
   const Keyframes in_time = keyframes_in_time(map);
-  const std::size_t parts = (in_time.size() + kMostKeyframes - 1) / kMostKeyframes;
+  const std::size_t parts = (in_time.size() + most_keyframes - 1) / most_keyframes;
   PathPrecision path{0, length_of(in_time), extent_of(in_time), weakest_scale_cut(map)};
   for (std::size_t part = 0; part < parts; ++part) {
     const auto at = [&](std::size_t i) {

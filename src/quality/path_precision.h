@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "mono_pose_tracker/map/map.h"
 #include "quality/scale_cut.h"
 
@@ -19,8 +21,8 @@ struct PathPrecision {
 
 /// Computed from the joint covariance of all keyframes, in the frame and unit of their mean orientation,
 /// centroid and extent (optimization/map_adjustment.h). The time grows with the third power of the
-/// number of keyframes. More than 300 are evaluated in parts, in the order of time: sigma is that of the
-/// least certain part, without what the others know of it.
-PathPrecision path_precision(const Map& map);
+/// number of keyframes: 300 take three seconds. More than most_keyframes are evaluated in parts, in the order
+/// of time: sigma is that of the least certain part, without what the others know of it.
+PathPrecision path_precision(const Map& map, std::size_t most_keyframes = 300);
 
 }  // namespace mono_pose_tracker

@@ -220,8 +220,8 @@ TrackedRecording track_until_confirmed(const Recording& as_given, const TrackerM
   Recording recording = as_given;
   recording.features = std::make_shared<FeatureMemory>(recording.feature_memory);
   TrackedRecording kept = attempts.next(recording);
-  constexpr std::int64_t kLeast = 2;  // images, for a map
-  if (!recording.try_again || kept.result.frames_total < kLeast) return kept;
+  const bool may_have_map = kept.result.frames_total >= 2;
+  if (!recording.try_again || !may_have_map) return kept;
   Recording again = recording;
   const bool is_by_masks =
       exclude_background(options, kept, &again) && try_other_seeds(&attempts, 0, again, &kept);
