@@ -95,7 +95,8 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
   return removed;
 }
 
-// Unless these are more than half of the map: then something else is wrong, such as the calibration.
+// Removes these keyframes, unless they are more than half of the map: then something else is wrong, such as
+// the calibration.
 void Mapper::remove_wrong(const std::set<KeyframeId>& wrong, std::set<KeyframeId>* removed) {
   if (2 * wrong.size() > map_.keyframes().size() + 1) return;
   remove_keyframes(wrong);
