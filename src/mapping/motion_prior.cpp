@@ -49,7 +49,6 @@ class Gate {
  public:
   Gate(const Keyframes& in_time, const MotionPriorOptions& options)
       : p_value_(options.significance / static_cast<double>(in_time.size())) {
-    constexpr double kMedianOfNorm = 1.538;  // of three standard normal variables
     double length = 0;
     std::vector<double> values;
     for (std::size_t k = 0; k + 1 < in_time.size(); ++k) {
@@ -58,17 +57,17 @@ class Gate {
         values.push_back(acceleration_of(*in_time[k], *in_time[k + 1], *in_time[k + 2]).value);
     }
     least_deviation_ = 3 * options.max_path_sigma * length;
-    sigma_ = median(std::move(values)) / kMedianOfNorm;
+    variance_ = variance_of_median_square(std::pow(median(std::move(values)), 2));
   }
 
   bool contradicts(const Keyframe* a, const Keyframe* b, const Keyframe* c) const {
     const Acceleration acceleration = acceleration_of(*a, *b, *c);
-    return acceleration.deviation > least_deviation_ && sigma_ > 0 &&
-           chi_square_3_tail(std::pow(acceleration.value / sigma_, 2)) < p_value_;
+    return acceleration.deviation > least_deviation_ && variance_ > 0 &&
+           chi_square_3_tail(std::pow(acceleration.value, 2) / variance_) < p_value_;
   }
 
  private:
-  double p_value_, least_deviation_ = 0, sigma_ = 0;
+  double p_value_, least_deviation_ = 0, variance_ = 0;
 };
 
 }  // namespace

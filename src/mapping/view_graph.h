@@ -42,7 +42,7 @@ struct ViewGraphOptions {
   RansacOptions ransac;     // its threshold is replaced by max_error_px
   double max_error_px = 3;  // Sampson error of a verified match, in px of an image 1,000 px long; at least
                             // this. Five sigma of a SIFT feature's 0.6 px: poses may be a little off as well
-  double longer_side_px = 1000;  // of that image
+  double longer_side_px = 1000;  // of the image in which max_error_px holds
   int min_inliers = 25;  // verified matches of an edge: 5 are fitted, and accidental ones agree by chance
   double explained_by_simpler = 0.9;  // share of the inliers that a rotation, a plane or no motion must
                                       // explain for the edge to be of that type; in (0, 1]

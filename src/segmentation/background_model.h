@@ -28,7 +28,7 @@ struct BackgroundModelOptions {
 
   // Shadows.
   int shadow_window = 5;          // px: texture and noise average out
-  int shadow_shift = 3;           // px to the windows beside a pixel: half a window and a soft edge
+  int shadow_shift = 3;           // px to the windows next to a pixel: half a window and a soft edge
   float min_shadow_share = 0.8F;  // of the window's pixels: by chance, single pixels of an object look dimmed
 };
 

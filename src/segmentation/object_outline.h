@@ -41,7 +41,7 @@ struct OutlineOptions {
   int rounds = 2;               // of the cut: further ones move the outline by a pixel
   double min_held = 0.8;  // share of the object's points that the outline must hold; some landmarks lie at
                           // its rim, where the outline may run
-  double min_of_piece = 0.05;  // the same of a single piece (a tag that hangs from it)
+  double min_of_piece = 0.05;  // the same of a single piece (a tag attached to it)
   double sigma = 2;            // grey levels: added noise, as much as any camera has
 };
 

@@ -71,7 +71,7 @@ TEST(OffMotion, NotCornersAndStops) {
   EXPECT_TRUE(off_motion_of(positions).empty());
 }
 
-// The landmarks that three have in common are known to them.
+// Three views confirm each other; the tests of whole segments are for these.
 TEST(OffMotion, NotThreeInARow) {
   std::vector<Eigen::Vector3d> positions = walk(40);
   for (int k = 14; k < 17; ++k) positions[k].y() += 5;
