@@ -1,8 +1,11 @@
 #include "alternative_map.h"
 
 #include <cmath>
+#include <unordered_map>
+#include <vector>
 
 #include "common/statistics.h"
+#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 
@@ -37,6 +40,33 @@ double p_value_of(const Map& alternative, const Map& map, const AlternativeMapOp
   const double variance = (squared - sum * sum / count) / (count - 1);  // of a difference
   if (count < 2 || variance <= 0 || sum <= options.min_extra_cost * cost) return 1;
   return student_tail(sum / std::sqrt(count * variance), static_cast<int>(count) - 1);
+}
+
+std::optional<Map> sample_of(const BundleOptions& bundle, const AlternativeMapOptions& options,
+                             const Map& map) {
+  std::unordered_map<KeyframeId, int> left;  // observations
+  std::size_t all = 0;
+  for (const auto& entry : map.landmarks()) {
+    for (const Observation& o : entry.second.observations) ++left[o.keyframe], ++all;
+  }
+  const std::size_t step =
+      all / std::max(options.enough_of_map, options.enough_of_keyframe * map.keyframes().size());
+  if (step < 2) return std::nullopt;
+  Map sample = map;
+  std::size_t i = 0;
+  for (const LandmarkId l : map.landmark_ids()) {
+    const std::vector<Observation>& seen = map.landmark(l)->observations;
+    const bool is_needed = std::any_of(seen.begin(), seen.end(), [&](const Observation& o) {
+      return left[o.keyframe] <= options.enough_of_keyframe;
+    });
+    if (i++ % step == 0 || is_needed) continue;
+    for (const Observation& o : seen) --left[o.keyframe];
+    sample.remove_landmark(l);
+  }
+  BundleOptions settled = bundle;
+  settled.max_iterations = options.max_iterations;
+  adjust_map(settled, &sample);
+  return sample;
 }
 
 }  // namespace mono_pose_tracker

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "keyframe_landmarks.h"
+#include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
 namespace mono_pose_tracker {
 
@@ -19,18 +21,20 @@ struct AlternativeMapOptions {
   double min_extra_cost = 0.1;  // share of the map's cost: where both are equally wrong, the costs differ by
                                 // less, and the map has the advantage that its outliers were removed
 
+  // Sample of the landmarks.
+  int enough_of_keyframe = 60;       // observations that suffice to compare costs, twenty times as many
+                                     // as for a pose
+  std::size_t enough_of_map = 2000;  // observations, for a ratio of costs accurate to 3 %
+  double sampled_margin = 1.1;       // ratio of costs of samples, three times that
+
   // Depth reversal.
   double narrow = 0.15;   // rad, rms about the mean bearing: 8.6 degrees, below which a map may be reversed
   double max_tilt = 1.4;  // rad: beyond, another side of the object is visible
   std::array<double, 3> reversed_stretches = {1, 2.5, 6};  // of a reversed map: bundle adjustment finds the
                                                            // right one from within a factor of two
   std::array<double, 4> stretches = {0.4, 2.5, 6, 15};     // of a map that is not reversed
-  int max_stretched_rounds = 4;      // of adjustments: all maps of real heads and busts converge back in
-                                     // the first ones
-  int enough_of_keyframe = 60;       // observations that suffice to compare costs, twenty times as many
-                                     // as for a pose
-  std::size_t enough_of_map = 2000;  // observations, for a ratio of costs accurate to 3 %
-  double sampled_margin = 1.1;       // ratio of costs of samples, three times that
+  int max_stretched_rounds = 4;  // of adjustments: all maps of real heads and busts converge back in
+                                 // the first ones
 
   // Planar ambiguity.
   int min_shared = 60;         // common landmarks of two keyframes: with fewer, an alternative fits by chance
@@ -44,6 +48,12 @@ struct AlternativeMapOptions {
 /// as its features drift along the track, so that each landmark counts as one. Observations that the
 /// alternative has lost cost as much as outliers. 1 where it costs less than min_extra_cost more.
 double p_value_of(const Map& alternative, const Map& map, const AlternativeMapOptions& options);
+
+/// The map with every n-th landmark, where keyframes have far more observations than a comparison needs.
+/// Keyframes with few observations keep all of them. The sample is adjusted as the alternatives are. Nothing
+/// where no landmark would be dropped.
+std::optional<Map> sample_of(const BundleOptions& bundle, const AlternativeMapOptions& options,
+                             const Map& map);
 
 /// Sum of squared errors, each capped.
 inline double cost_of(const Map& map, double outlier_sigmas) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "common/rotation.h"
@@ -132,36 +131,6 @@ BundleOptions trial_of(std::size_t alternatives, const BundleOptions& bundle, in
 bool rotates_differently(double turn, double other) {
   const double plainly = MotionSegmentationOptions().plainly_rotates;
   return turn >= plainly * other || other >= plainly * turn;
-}
-
-// The map with every n-th landmark, where keyframes have far more observations than a comparison needs.
-// Keyframes with few observations keep all of them. The sample is adjusted as the alternatives are. Nothing
-// where no landmark would be dropped.
-std::optional<Map> sample_of(const BundleOptions& bundle, const AlternativeMapOptions& options,
-                             const Map& map) {
-  std::unordered_map<KeyframeId, int> left;  // observations
-  std::size_t all = 0;
-  for (const auto& entry : map.landmarks()) {
-    for (const Observation& o : entry.second.observations) ++left[o.keyframe], ++all;
-  }
-  const std::size_t step =
-      all / std::max(options.enough_of_map, options.enough_of_keyframe * map.keyframes().size());
-  if (step < 2) return std::nullopt;
-  Map sample = map;
-  std::size_t i = 0;
-  for (const LandmarkId l : map.landmark_ids()) {
-    const std::vector<Observation>& seen = map.landmark(l)->observations;
-    const bool is_needed = std::any_of(seen.begin(), seen.end(), [&](const Observation& o) {
-      return left[o.keyframe] <= options.enough_of_keyframe;
-    });
-    if (i++ % step == 0 || is_needed) continue;
-    for (const Observation& o : seen) --left[o.keyframe];
-    sample.remove_landmark(l);
-  }
-  BundleOptions settled = bundle;
-  settled.max_iterations = options.max_iterations;
-  adjust_map(settled, &sample);
-  return sample;
 }
 
 // p-value of the stretched map; 0 where it converges to the map again, or nearly.

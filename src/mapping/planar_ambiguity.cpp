@@ -187,7 +187,6 @@ Map beginning_of(const Map& map, std::size_t keyframes) {
 struct Alternative {
   Map map;
   double cost = 0;  // relative to the cost of the map itself, equally adjusted
-  double p_value = 0;
 };
 
 // Adjusts the alternative map as far as a comparison needs. Returns false where its cost is far higher than
@@ -204,31 +203,56 @@ bool adjust_alternative(BundleOptions bundle, const AlternativeMapOptions& optio
   return !is_same_geometry(relative_pose(now), relative_pose(pair));
 }
 
-// The alternative with the lowest cost; none where no other geometry of the keyframes gives a map.
-std::optional<Alternative> best_alternative(const BundleOptions& bundle, const RansacOptions& ransac,
-                                            const AlternativeMapOptions& options, const Map& map) {
+// Landmarks that the other map does not have are dropped.
+Map with_landmarks_of(const Map& other, Map map) {
+  for (const LandmarkId l : map.landmark_ids()) {
+    if (!other.landmark(l)) map.remove_landmark(l);
+  }
+  return map;
+}
+
+// The maps that grow from the other geometries of two distant keyframes, not adjusted.
+struct Alternatives {
+  KeyframePair pair;
+  std::vector<Map> maps;
+};
+
+Alternatives grow_alternatives(const RansacOptions& ransac, const AlternativeMapOptions& options,
+                               const Map& map) {
+  Alternatives alternatives;
   const std::optional<KeyframePair> pair = farthest_pair(map, options.min_shared);
-  if (!pair) return std::nullopt;
-  const std::size_t observations = count_observations(map);
-  const double cost = cost_of(map, observations, options.outlier_sigmas);
-  std::optional<Alternative> best;
+  if (!pair) return alternatives;
+  alternatives.pair = *pair;
   for (const RelativePoseHypothesis& geometry : geometries_of(*pair, ransac)) {
     if (is_same_geometry(geometry.second_from_first, relative_pose(*pair))) continue;
     std::optional<Map> grown =
         Regrowth(map, ransac, options.min_inliers).grow(*pair, geometry.second_from_first);
-    if (!grown || !adjust_alternative(bundle, options, *pair, observations, cost, &*grown)) continue;
-    const double alternative_cost = cost_of(*grown, observations, options.outlier_sigmas);
-    if (!best || alternative_cost < best->cost) best = Alternative{std::move(*grown), alternative_cost, 0};
+    if (grown) alternatives.maps.push_back(std::move(*grown));
   }
-  if (!best) return std::nullopt;
-  Map itself = map;
-  BundleOptions as_far = bundle;
-  as_far.max_iterations = options.trial_iterations + options.max_iterations;
-  adjust_map(as_far, &itself);
-  const double own_cost = cost_of(itself, observations, options.outlier_sigmas);
-  best->p_value = p_value_of(best->map, own_cost < cost ? itself : map, options);
-  best->cost /= std::min(cost, own_cost);
+  return alternatives;
+}
+
+// The adjusted alternative with the lowest cost. compared: the adjusted map, or a sample of it, by whose
+// landmarks the costs are compared.
+std::optional<Alternative> best_alternative(const BundleOptions& bundle, const AlternativeMapOptions& options,
+                                            const Alternatives& alternatives, const Map& compared) {
+  const std::size_t observations = count_observations(compared);
+  const double cost = cost_of(compared, options.outlier_sigmas);
+  std::optional<Alternative> best;
+  for (const Map& grown : alternatives.maps) {
+    Map map = with_landmarks_of(compared, grown);
+    if (!adjust_alternative(bundle, options, alternatives.pair, observations, cost, &map)) continue;
+    const double relative = cost_of(map, observations, options.outlier_sigmas) / cost;
+    if (!best || relative < best->cost) best = Alternative{std::move(map), relative};
+  }
   return best;
+}
+
+// Adjusted as far as an alternative is.
+Map adjusted(BundleOptions bundle, const AlternativeMapOptions& options, Map map) {
+  bundle.max_iterations = options.trial_iterations + options.max_iterations;
+  adjust_map(bundle, &map);
+  return map;
 }
 
 }  // namespace
@@ -236,7 +260,14 @@ std::optional<Alternative> best_alternative(const BundleOptions& bundle, const R
 bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence, Map* map,
                       const AlternativeMapOptions& options) {
   if (is_narrow(*map, options)) return false;
-  std::optional<Alternative> alternative = best_alternative(bundle, ransac, options, *map);
+  const Alternatives alternatives = grow_alternatives(ransac, options, *map);
+  if (alternatives.maps.empty()) return false;
+  if (const std::optional<Map> sample = sample_of(bundle, options, *map)) {
+    const std::optional<Alternative> sampled = best_alternative(bundle, options, alternatives, *sample);
+    if (!sampled || sampled->cost * (1 + min_evidence) >= options.sampled_margin) return false;
+  }
+  std::optional<Alternative> alternative =
+      best_alternative(bundle, options, alternatives, adjusted(bundle, options, *map));
   if (!alternative || alternative->cost * (1 + min_evidence) >= 1) return false;
   *map = std::move(alternative->map);
   return true;
@@ -245,9 +276,13 @@ bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, 
 double planar_p_value(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
                       const AlternativeMapOptions& options) {
   if (is_narrow(map, options)) return 0;
-  const std::optional<Alternative> alternative =
-      best_alternative(bundle, ransac, options, beginning_of(map, options.beginning));
-  return alternative ? alternative->p_value : 0;
+  const Map beginning = beginning_of(map, options.beginning);
+  const Alternatives alternatives = grow_alternatives(ransac, options, beginning);
+  if (alternatives.maps.empty()) return 0;
+  const std::optional<Map> sample = sample_of(bundle, options, beginning);
+  const Map compared = sample ? *sample : adjusted(bundle, options, beginning);
+  const std::optional<Alternative> alternative = best_alternative(bundle, options, alternatives, compared);
+  return alternative ? p_value_of(alternative->map, compared, options) : 0;
 }
 
 }  // namespace mono_pose_tracker

@@ -268,7 +268,7 @@ bool solve(const CameraRefinementOptions& options, const CalibratingCamera& star
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   // What Ceres allows by itself: no image waits for this.
   solver.max_num_iterations = 50;
-  solver.function_tolerance = 1e-6;
+  solver.function_tolerance = options.function_tolerance;
   solver.max_trust_region_radius = kMaxTrustRegionRadius;
   solver.num_threads = options.num_threads;
   solver.logging_type = ceres::SILENT;

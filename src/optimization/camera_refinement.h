@@ -15,6 +15,7 @@ struct CameraRefinementOptions {
   /// Cauchy loss, in sigmas, times the residuals' own spread; 0: squared loss.
   double loss_width = 2.0;
   int num_threads = 1;  // Ceres does not repeat its sums on more than one
+  double function_tolerance = 1e-6;  // relative change of the cost at which a solve ends
   /// Called after every iteration of a solve; true: nothing more is refined.
   std::function<bool()> cancel;
   /// Number of keyframes used, from the middle of a longer recording: the reduced system is dense.

@@ -342,6 +342,7 @@ std::string doubt_of_calibration(const CameraRefinementOptions& options, const C
   CameraRefinementOptions first = options;
   first.least_focal_change = 0.5 * limits.min_focal_change;
   first.max_landmarks = std::min(first.max_landmarks, limits.landmarks);
+  first.function_tolerance = limits.rough_tolerance;
   first.least_distortion_px = limits.min_distortion_share * half_diagonal_px(camera);
   const CameraRefinement r = refine_camera(first, camera, map);
   const std::string doubt = doubt_of_distortion(options, limits, camera, map, r);

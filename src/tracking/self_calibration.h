@@ -37,6 +37,7 @@ struct CalibrationDoubtOptions {
   /// Least change that is reported: smaller ones hardly distort the path.
   double min_focal_change = 0.05, min_distortion_share = 0.05;
   int landmarks = 60;      // of each keyframe: enough to show such a change
+  double rough_tolerance = 1e-4;  // of the cost, until such a change shows
   int part_keyframes = 3;  // least of a part of the recording: points need three views
   /// Parts of the recording: as many as there can be, or half as many again and again where more of them
   /// determine the change. With more than 16, Student's t is nearly normal; of two it exceeds 600.
