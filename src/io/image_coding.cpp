@@ -467,9 +467,6 @@ bool has_image_extension(const std::string& path) {
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
-namespace {
-
-/// Of an image with four channels. What draws nothing at all has no use for alpha, and fills in zeros.
 cv::Mat mask_of_alpha(const cv::Mat& image) {
   if (image.channels() != 4) return {};
   cv::Mat alpha;
@@ -477,8 +474,6 @@ cv::Mat mask_of_alpha(const cv::Mat& image) {
   const int seen = cv::countNonZero(alpha);
   return seen == 0 || seen == static_cast<int>(alpha.total()) ? cv::Mat() : cv::Mat(alpha != 0);
 }
-
-}  // namespace
 
 DecodedImage to_8_bit(const cv::Mat& image, const GreyLevels& levels) {
   cv::Mat result = image;

@@ -112,6 +112,10 @@ DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes,
 /// Images of 16 bits between these levels, by default their upper 8 bits; what is transparent is in the mask.
 DecodedImage to_8_bit(const cv::Mat& image, const GreyLevels& levels = {});
 
+/// Of an image whose fourth channel is alpha: CV_8UC1, 0 where alpha is 0, else 255. Empty where it has no
+/// alpha, or all of it is 0 (programs that draw nothing transparent fill in zeros), or none.
+cv::Mat mask_of_alpha(const cv::Mat& image);
+
 /// What an image says as a mask (CV_8UC1): 255 wherever any channel but transparency is not zero, which may
 /// be the number of an object, however small and of however many bits. Where some of it is transparent, alpha
 /// alone says: 0 = ignore.

@@ -28,7 +28,7 @@ struct SourceImage {
   std::string mask_name;  // what its mask is named after: the path below that common folder, or the number
   cv::Mat image;          // kImage: CV_8UC1 or CV_8UC3 (BGR)
   std::string problem;    // kSkipped: one line that names the file or frame
-  cv::Mat mask;           // of a file with alpha, as DecodedImage has it
+  cv::Mat mask;           // of an image with alpha, as DecodedImage has it
 };
 
 /// A recording, read image by image in order. An image that cannot be read is skipped; the rest follows.

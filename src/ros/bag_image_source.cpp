@@ -143,6 +143,7 @@ void read_raw(const rosbag::MessageInstance& message, const GreyLevels& levels, 
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
   const ConvertedImage converted = convert_image(image, levels);
   result->image = converted.image.clone();  // it may share the message's memory
+  result->mask = converted.mask;
   result->problem = converted.error;
 }
 
@@ -152,6 +153,7 @@ void read_compressed(const rosbag::MessageInstance& message, const GreyLevels& l
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
   const DecodedImage decoded = decode_image(image->data, kMaxImagePixels, levels);
   result->image = decoded.image;
+  result->mask = decoded.mask;
   result->problem = with_format(decoded.problem, image->format);
 }
 

@@ -8,6 +8,7 @@
 #include <functional>
 #include <initializer_list>
 #include <limits>
+#include <map>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
@@ -55,16 +56,16 @@ bool is_16bit(const std::string& encoding) {
 /// The encoding cv_bridge shall convert to; empty: the pixels are taken as they are.
 std::string target_encoding(const std::string& encoding) {
   if (encoding == enc::MONO8 || encoding == enc::TYPE_8UC1 || encoding == enc::BGR8 ||
-      encoding == enc::TYPE_8UC3 || encoding == enc::TYPE_8UC4 || is_16bit(encoding) ||
-      is_16bit_bayer(encoding)) {
+      encoding == enc::TYPE_8UC3 || encoding == enc::TYPE_8UC4 || encoding == enc::RGBA8 ||
+      encoding == enc::BGRA8 || is_16bit(encoding) || is_16bit_bayer(encoding)) {
     return "";
   }
   return enc::BGR8;
 }
 
 bool is_known(const std::string& encoding) {
-  return target_encoding(encoding).empty() || encoding == enc::RGB8 || encoding == enc::RGBA8 ||
-         encoding == enc::BGRA8 || encoding == enc::YUV422 || encoding == kYuy2 || enc::isBayer(encoding);
+  return target_encoding(encoding).empty() || encoding == enc::RGB8 || encoding == enc::YUV422 ||
+         encoding == kYuy2 || enc::isBayer(encoding);
 }
 
 std::uint64_t bytes_per_pixel(const std::string& encoding) {
@@ -120,9 +121,11 @@ cv::Mat as_16bit(const cv::Mat& image, const sensor_msgs::Image& message) {
 cv::Mat in_bgr(const cv::Mat& image, const std::string& encoding) {
   int code = -1;
   if (encoding == enc::RGB16) code = cv::COLOR_RGB2BGR;
-  if (encoding == enc::RGBA16) code = cv::COLOR_RGBA2BGR;
-  if (encoding == enc::BGRA16 || encoding == enc::TYPE_16UC4 || encoding == enc::TYPE_8UC4)
+  if (encoding == enc::RGBA8 || encoding == enc::RGBA16) code = cv::COLOR_RGBA2BGR;
+  if (encoding == enc::BGRA8 || encoding == enc::TYPE_8UC4 || encoding == enc::BGRA16 ||
+      encoding == enc::TYPE_16UC4) {
     code = cv::COLOR_BGRA2BGR;
+  }
   if (code < 0) return image;
   cv::Mat bgr;
   cv::cvtColor(image, bgr, code);
@@ -147,13 +150,12 @@ ConvertedImage convert(const sensor_msgs::ImageConstPtr& message,
   }
   try {
     if (message->encoding == kYuy2) return {finish(yuy2_to_bgr(*message)), Reason::kOk, "", message};
-    const cv::Mat image =
-        in_bgr(as_16bit(cv_bridge::toCvShare(message, target_encoding(message->encoding))->image, *message),
-               message->encoding);
+    const cv::Mat pixels =
+        as_16bit(cv_bridge::toCvShare(message, target_encoding(message->encoding))->image, *message);
     if (is_16bit_bayer(message->encoding)) {
-      return {finish(demosaic(image, message->encoding)), Reason::kOk, "", message};
+      return {finish(demosaic(pixels, message->encoding)), Reason::kOk, "", message};
     }
-    return {finish(image), Reason::kOk, "", message};
+    return {finish(in_bgr(pixels, message->encoding)), Reason::kOk, "", message, mask_of_alpha(pixels)};
   } catch (const std::exception& e) {
     return refuse(Reason::kUnreadableImage, describe(*message) + ": " + e.what());
   }
@@ -172,7 +174,9 @@ ConvertedImage convert_with_all_bits(const sensor_msgs::ImageConstPtr& message) 
 }
 
 ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message) {
-  return convert(message, mask_of_image);
+  ConvertedImage converted = convert(message, mask_of_image);
+  if (!converted.mask.empty()) converted.image = converted.mask;
+  return converted;
 }
 
 std::string with_format(const std::string& problem, const std::string& format) {
@@ -182,19 +186,17 @@ std::string with_format(const std::string& problem, const std::string& format) {
 }
 
 sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message, std::uint64_t max_pixels) {
+  static const std::map<int, std::string> encodings = {{CV_8UC1, enc::MONO8},  {CV_8UC3, enc::BGR8},
+                                                       {CV_8UC4, enc::BGRA8},  {CV_16UC1, enc::MONO16},
+                                                       {CV_16UC3, enc::BGR16}, {CV_16UC4, enc::BGRA16}};
   DecodedImage decoded = decode_unchanged(message.data, max_pixels);
-  const bool has_16_bits = decoded.image.depth() == CV_16U;
-  if (decoded.problem.empty() && has_16_bits && decoded.image.channels() == 4)
-    cv::cvtColor(decoded.image, decoded.image, cv::COLOR_BGRA2BGR);
-  if (decoded.problem.empty() && !has_16_bits) decoded = to_8_bit(decoded.image);
+  const auto encoding = encodings.find(decoded.image.type());
+  if (decoded.problem.empty() && encoding == encodings.end())
+    decoded.problem = to_8_bit(decoded.image).problem;
   if (!decoded.problem.empty()) {
     throw std::runtime_error("the compressed image " + with_format(decoded.problem, message.format));
   }
-  const bool is_grey = decoded.image.channels() == 1;
-  const std::string encoding = has_16_bits ? (is_grey ? enc::MONO16 : enc::BGR16)
-                               : is_grey   ? enc::MONO8
-                                           : enc::BGR8;
-  return cv_bridge::CvImage(message.header, encoding, decoded.image).toImageMsg();
+  return cv_bridge::CvImage(message.header, encoding->second, decoded.image).toImageMsg();
 }
 
 }  // namespace mono_pose_tracker

@@ -124,8 +124,8 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
     load_waiting_maps();
   }
 
-  FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image,
-                                         mask_for(*message).image);
+  FrameReport report =
+      tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image, mask_for(*message));
   has_tracked_ = has_tracked_ || report.map_from_camera;
   // Not "move sideways": that is no help where the next image has another calibration again.
   if (!change.empty() && !report.map_from_camera) {
@@ -223,7 +223,15 @@ void LiveTracker::go_on_as(State state) {
   state_ = state;
 }
 
-ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
+cv::Mat LiveTracker::mask_for(const sensor_msgs::Image& message) {
+  const cv::Mat mask = mask_of_topic(message);
+  if (image_.mask.empty()) return mask;
+  if (!std::exchange(has_alpha_, true))
+    warn_("", "the images have an alpha channel: transparent pixels (alpha 0) are masked");
+  return mask.empty() ? image_.mask : cv::Mat(mask & image_.mask);
+}
+
+cv::Mat LiveTracker::mask_of_topic(const sensor_msgs::Image& message) {
   if (!mask_wanted_()) return {};
   const sensor_msgs::ImageConstPtr mask = masks_.wait(message.header.stamp, mask_timeout_);
   if (!mask) {
@@ -238,7 +246,7 @@ ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
     warn_("unusable mask", "the mask can't be used (" + converted.error + "): the image is used unmasked");
     return {};
   }
-  return converted;
+  return converted.image;
 }
 
 void LiveTracker::set_options(const TrackerOptions& options) {

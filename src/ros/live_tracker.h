@@ -150,7 +150,9 @@ class LiveTracker {
   void load_waiting_maps();
   bool is_present_camera(const CameraParameters& parameters) const;
   void use_camera(const CameraParameters& parameters);
-  ConvertedImage mask_for(const sensor_msgs::Image& message);
+  /// Of the image's alpha and of the mask topic; empty: everything is used.
+  cv::Mat mask_for(const sensor_msgs::Image& message);
+  cv::Mat mask_of_topic(const sensor_msgs::Image& message);
 
   TrackerOptions options_;
   CameraSource& cameras_;
@@ -165,6 +167,7 @@ class LiveTracker {
   ConvertedImage image_;
   std::optional<SavedMaps> waiting_maps_;  // for the first calibration
   bool first_image_ = true;
+  bool has_alpha_ = false;    // an image had transparent pixels
   bool has_tracked_ = false;  // registered an image, with this tracker and its maps
   State state_ = State::kWaitingForCameraInfo;
   std::uint32_t epoch_ = 0;                                    // last reported

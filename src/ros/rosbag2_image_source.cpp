@@ -243,11 +243,13 @@ void decode_ros2_image(const StoredTopic& topic, const StoredMessage& message, c
     const DecodedImage decoded = decode_image(
         read_ros2_compressed_image(message.data, &result->stamp_ns, &format), kMaxImagePixels, levels);
     result->image = decoded.image;
+    result->mask = decoded.mask;
     result->problem = with_format(decoded.problem, format);
     return;
   }
   const ConvertedImage converted = convert_image(read_ros2_image(message.data, &result->stamp_ns), levels);
   result->image = converted.image.clone();  // it may share the message's memory
+  result->mask = converted.mask;
   result->problem = converted.error;
 }
 

@@ -153,6 +153,22 @@ TEST(BagImageSource, ConvertsTheUsualEncodings) {
   EXPECT_EQ(source.next().kind, Kind::kImage);
 }
 
+TEST(BagImageSource, TransparentPixelsAreInTheMask) {
+  TemporaryFolder folder;
+  cv::Mat cut_out(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 255));
+  cut_out.at<cv::Vec4b>(1, 2)[3] = 0;
+  const std::string path = make_bag(folder / "a.bag", [&](rosbag::Bag& bag) {
+    bag.write("/raw", seconds(1), image_message(1, cut_out, "rgba8"));
+    bag.write("/packed", seconds(1), compressed_message(1, cut_out));
+  });
+  for (const char* topic : {"/raw", "/packed"}) {
+    const SourceImage image = BagImageSource(path, topic).next();
+    ASSERT_EQ(image.mask.size(), image.image.size()) << topic;
+    EXPECT_EQ(image.mask.at<uchar>(1, 2), 0) << topic;
+    EXPECT_EQ(cv::countNonZero(image.mask), 23) << topic;
+  }
+}
+
 TEST(BagImageSource, SkipsAnImageThatCannotBeDecoded) {
   TemporaryFolder folder;
   const std::string path = make_bag(folder / "a.bag", [](rosbag::Bag& bag) {

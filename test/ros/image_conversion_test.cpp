@@ -125,6 +125,47 @@ TEST(ImageConversion, UnknownEncodingIsNamed) {
   EXPECT_NE(converted.error.find("32FC1"), std::string::npos);
 }
 
+/// A 2x2 image of one colour whose first pixel is transparent.
+sensor_msgs::ImagePtr cut_out(const std::string& encoding) {
+  const bool has_16_bits = encoding.find("16") == 0 || encoding.find("16", 4) != std::string::npos;
+  sensor_msgs::ImagePtr image = image_of(encoding, std::vector<std::uint8_t>(has_16_bits ? 8 : 4, 200));
+  std::fill_n(image->data.begin() + (has_16_bits ? 6 : 3), has_16_bits ? 2 : 1, 0);
+  return image;
+}
+
+TEST(ImageConversion, TransparentPixelsAreInTheMask) {
+  for (const char* encoding : {"rgba8", "bgra8", "8UC4", "rgba16", "bgra16", "16UC4"}) {
+    const ConvertedImage converted = convert_image(cut_out(encoding));
+    ASSERT_EQ(converted.image.type(), CV_8UC3) << encoding << ": " << converted.error;
+    ASSERT_EQ(converted.mask.type(), CV_8UC1) << encoding;
+    ASSERT_EQ(converted.mask.size(), cv::Size(2, 2)) << encoding;
+    EXPECT_EQ(converted.mask.at<std::uint8_t>(0, 0), 0) << encoding;
+    EXPECT_EQ(cv::countNonZero(converted.mask), 3) << encoding;
+  }
+  EXPECT_TRUE(convert_image(image_of("rgba8", {1, 2, 3, 255})).mask.empty()) << "nothing is transparent";
+  EXPECT_TRUE(convert_image(image_of("bgra8", {1, 2, 3, 0})).mask.empty()) << "alpha is not used";
+  EXPECT_TRUE(convert_image(image_of("bgr8", {1, 2, 3})).mask.empty());
+}
+
+TEST(ImageConversion, CompressedImagesKeepTheirAlpha) {
+  for (const int type : {CV_8UC4, CV_16UC4}) {
+    cv::Mat image(4, 6, type, cv::Scalar(1, 2, 3, 255));
+    image.col(0).setTo(cv::Scalar(1, 2, 3, 0));
+    sensor_msgs::CompressedImage message;
+    cv::imencode(".png", image, message.data);
+    const ConvertedImage converted = convert_image(decode_image(message));
+    EXPECT_EQ(converted.image.type(), CV_8UC3);
+    EXPECT_EQ(cv::countNonZero(converted.mask), 20);
+  }
+}
+
+TEST(MaskConversion, AlphaDecidesWhereSomeOfItIsTransparent) {
+  const ConvertedImage mask = convert_mask(cut_out("rgba8"));
+  ASSERT_EQ(mask.image.type(), CV_8UC1) << mask.error;
+  EXPECT_EQ(mask.image.at<std::uint8_t>(0, 0), 0);
+  EXPECT_EQ(cv::countNonZero(mask.image), 3);
+}
+
 // A label of an object is as good as 255, whatever it is and however many bits it has.
 TEST(MaskConversion, WhateverIsNotZeroIsUsed) {
   const std::vector<std::pair<std::string, std::vector<std::uint8_t>>> used = {

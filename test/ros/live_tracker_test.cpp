@@ -4,6 +4,7 @@
 #include <boost/make_shared.hpp>
 #include <future>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 
 #include "ros/camera_info.h"
 #include "ros/live_tracker.h"
@@ -138,6 +139,26 @@ class LiveTrackerTest : public testing::Test {
     return tracker_.process(image).reason;
   }
 
+  /// To a noise image, of which the left part is transparent.
+  FrameReport answer_to_cut_out(int transparent_columns) {
+    auto image = boost::make_shared<sensor_msgs::Image>();
+    image->header.stamp = ros::Time(++seconds_);
+    image->encoding = sensor_msgs::image_encodings::RGBA8;
+    image->width = 160;
+    image->height = 120;
+    image->step = 4 * image->width;
+    cv::Mat pixels(120, 160, CV_8UC4);
+    cv::theRNG().state = 1;
+    cv::randu(pixels, cv::Scalar::all(1), cv::Scalar::all(255));
+    cv::GaussianBlur(pixels, pixels, cv::Size(), 2);
+    for (int row = 0; row < pixels.rows; ++row) {
+      for (int column = 0; column < pixels.cols; ++column)
+        pixels.at<cv::Vec4b>(row, column)[3] = column < transparent_columns ? 0 : 255;
+    }
+    image->data.assign(pixels.datastart, pixels.dataend);
+    return tracker_.process(image);
+  }
+
   CameraSource cameras_{false};
   MaskSource masks_;
   LiveTracker tracker_{TrackerOptions(),
@@ -162,6 +183,17 @@ TEST_F(LiveTrackerTest, OptionsThatAreRefusedLeaveThoseBeforeInForce) {
   good.max_iterations = 10;
   EXPECT_NO_THROW(tracker_.set_options(good));
   EXPECT_NE(answer(), Reason::kInternalError);
+}
+
+TEST_F(LiveTrackerTest, TransparentPixelsAreMasked) {
+  const int features = answer_to_cut_out(0).features;
+  EXPECT_EQ(said_, "");
+  const int unmasked = answer_to_cut_out(120).features;
+  answer_to_cut_out(120);
+  EXPECT_EQ(said_, "the images have an alpha channel: transparent pixels (alpha 0) are masked") << "once";
+  EXPECT_GT(features, 0);
+  EXPECT_GT(unmasked, 0);
+  EXPECT_LT(2 * unmasked, features);
 }
 
 // A driver that computes its calibration for each image does not get the same bits each time.
