@@ -46,7 +46,9 @@ std::string size_text(std::uint32_t width, std::uint32_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-bool has_region(const sensor_msgs::RegionOfInterest& roi) { return roi.width > 0 || roi.height > 0; }
+bool has_region(const sensor_msgs::RegionOfInterest& roi) {
+  return roi.width > 0 || roi.height > 0 || roi.x_offset > 0 || roi.y_offset > 0;
+}
 
 std::string region_text(const sensor_msgs::RegionOfInterest& roi) {
   return "the region of interest " + size_text(roi.width, roi.height) + " at " +
@@ -57,16 +59,19 @@ std::string region_text(const sensor_msgs::RegionOfInterest& roi) {
 void require_region_in_image(const sensor_msgs::CameraInfo& info) {
   const auto& roi = info.roi;
   const auto lies_in = [](std::uint64_t offset, std::uint64_t size, std::uint64_t whole) {
-    return offset + size <= whole;
+    return size > 0 && offset + size <= whole;
   };
   if (!has_region(roi) ||
       (lies_in(roi.x_offset, roi.width, info.width) && lies_in(roi.y_offset, roi.height, info.height))) {
     return;
   }
-  throw std::invalid_argument(region_text(roi) + " exceeds the image size " +
-                              size_text(info.width, info.height) +
-                              " of camera_info: expected width, height, K and P of the whole image, or no "
-                              "region (roi all zero) if they describe the cropped image");
+  const bool is_empty = roi.width == 0 || roi.height == 0;
+  throw std::invalid_argument(
+      region_text(roi) +
+      (is_empty ? " is empty"
+                : " exceeds the image size " + size_text(info.width, info.height) + " of camera_info") +
+      ": expected width, height, K and P of the whole image, or no region (roi all zero) if they describe "
+      "the cropped image");
 }
 
 /// Of the image as it is sent.

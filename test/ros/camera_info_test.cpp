@@ -73,6 +73,10 @@ TEST(CameraInfoConversion, ARegionOfInterestBeyondItsImageIsAContradiction) {
       << camera.error;
   info.roi.x_offset = info.roi.y_offset = 0;
   EXPECT_EQ(convert_camera_info(info, false).reason, Reason::kOk) << "all of the image";
+  info.roi.width = info.roi.height = 0;
+  info.roi.y_offset = 50;
+  const ConvertedCamera empty = convert_camera_info(info, false);
+  EXPECT_NE(empty.error.find("0x0 at 0, 50 is empty"), std::string::npos) << empty.error;
 }
 
 TEST(CameraInfoConversion, SaysHowTheSizeCameAbout) {
