@@ -137,9 +137,11 @@ void check_first_image(const Arguments& a, const LookedAtSource& source, Calibra
       calibration->contradiction = mixed_bits_text(a.images);
     return;
   }
+  const std::string aspect = doubt_of_aspect(source, camera);
   throw std::runtime_error(image.name + ": " +
                            size_mismatch_text(image.image.cols, image.image.rows, camera.width, camera.height,
-                                              calibration->size_origin));
+                                              calibration->size_origin) +
+                           (aspect.empty() ? "" : "; " + aspect));
 }
 
 // Checked before the work, not image by image.

@@ -3,6 +3,7 @@
 import os
 import resource
 import shutil
+import struct
 import sys
 
 import cv2
@@ -13,6 +14,23 @@ import yaml
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import reported_skips  # noqa: E402, F401
 from track_sequence_runs import RunsOfARoom, content, run_program  # noqa: E402
+
+
+def stretch_pixels(path, width, height):
+    """States the shape of its pixels (the box pasp) in a video that OpenCV has written, whose index is at its end."""
+    with open(path, "rb") as f:
+        data = bytearray(f.read())
+    at, sizes = 0, []
+    for kind in (b"moov", b"trak", b"mdia", b"minf", b"stbl", b"stsd", b"mp4v"):
+        at = data.index(kind, at)
+        sizes.append(at - 4)
+    pasp = struct.pack(">I4sII", 16, b"pasp", width, height)
+    end = sizes[-1] + struct.unpack_from(">I", data, sizes[-1])[0]
+    for size in sizes:
+        struct.pack_into(">I", data, size, struct.unpack_from(">I", data, size)[0] + len(pasp))
+    data[end:end] = pasp
+    with open(path, "wb") as f:
+        f.write(data)
 
 
 class Refusals(RunsOfARoom):
@@ -40,6 +58,17 @@ class Refusals(RunsOfARoom):
         images = self.copy_of_images()
         self.resize(os.path.join(images, self.names[0]))
         self.expect_refused([self.names[0], "160x120", "320x240"], "--images", images, "--camera", self.camera)
+
+    def test_pixels_that_are_not_square_are_named(self):
+        """Of a video that is shown at the size of the calibration, but stored at another."""
+        video = self.path("stretched.mp4")
+        writer = cv2.VideoWriter(video, cv2.VideoWriter_fourcc(*"mp4v"), 10, (240, 240))
+        for _ in range(3):
+            writer.write(numpy.zeros((240, 240, 3), numpy.uint8))
+        writer.release()
+        stretch_pixels(video, 4, 3)
+        self.expect_refused(["240x240", "320x240", "pixel aspect ratio (width / height) of 1.333", "as they are stored"],
+                            "--video", video, "--camera", self.camera)
 
     def test_bad_calibration_is_refused(self):
         images = ["--images", self.list]
