@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cstddef>
+#include <ctime>
 #include <filesystem>
+#include <iomanip>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <regex>
@@ -192,6 +195,21 @@ std::string path_of(const fs::path& folder, std::string rest) {
   return resolved(folder, first.find("depth") == std::string::npos ? first : second);
 }
 
+/// A line of KITTI's raw recordings, which is a date and a time (UTC) and has no path.
+bool parse_date_and_time(const std::string& line, std::int64_t* stamp_ns) {
+  static const std::regex form(
+      "((19|20)[0-9]{2}-[0-9]{2}-[0-9]{2})[ T]([0-9]{2}:[0-9]{2}):([0-9]{2}([.][0-9]+)?)");
+  std::smatch parts;
+  if (line.size() > 100 || !std::regex_match(line, parts, form)) return false;
+  std::istringstream minute(parts[1].str() + ' ' + parts[3].str());
+  std::tm time = {};
+  std::int64_t seconds_ns = 0;
+  if (!(minute >> std::get_time(&time, "%Y-%m-%d %H:%M")) || !parse_stamp(parts[4].str(), &seconds_ns))
+    return false;
+  *stamp_ns = static_cast<std::int64_t>(timegm(&time)) * kSecond + seconds_ns;
+  return true;
+}
+
 /// A list as it is read, line by line.
 struct ListReader {
   fs::path folder;     // that its paths are relative to
@@ -200,6 +218,12 @@ struct ListReader {
   std::vector<StampedFile> files;
 
   void add(const std::string& line) {
+    StampedFile of_date;
+    if (parse_date_and_time(line, &of_date.stamp_ns)) {
+      has_stamps_only = true;
+      files.push_back(of_date);
+      return;
+    }
     const std::size_t end = line.find_first_of(" \t,");
     const std::string first = line.substr(0, end);
     StampedFile file;

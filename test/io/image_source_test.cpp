@@ -169,6 +169,9 @@ TEST(ImageList, TheListsOfPublicDataSets) {
             (std::vector<std::int64_t>{5000000000, 5100000000, 5200000000}));
   EXPECT_EQ(stamps_of(folder.write("kitti/times.txt", times)),
             (std::vector<std::int64_t>{10000000000, 10100000000, 10200000000}));
+  const std::string dates = "2011-09-26 13:02:25.594360375\n2011-09-26 13:02:26\n2011-09-26 13:03:00.5\n";
+  EXPECT_EQ(stamps_of(folder.write("kitti/timestamps.txt", dates)),
+            (std::vector<std::int64_t>{1317042145594360375, 1317042146000000000, 1317042180500000000}));
   expect_error([&] { open_images(folder.write("kitti/times.txt", times + "11\n")); },
                {"times.txt", "4 time stamps", "3 images", "image_0"});
   expect_error([&] { open_images(folder.write("lost/times.txt", times)); },
