@@ -382,6 +382,37 @@ std::vector<StampedFile> files_of(const std::string& path) {
   return files_of_list(path);
 }
 
+/// How many images are in which subfolders, not hidden ones, down to a depth that cameras use (DCIM/100CANON)
+/// and data sets (mav0/cam0/data). A folder of other things may be large: only its first entries are seen.
+std::map<std::string, int> images_in_subfolders(const std::string& path) {
+  constexpr int kMostDepth = 3, kMostEntries = 100'000;
+  std::map<std::string, int> images;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(path, fs::directory_options::skip_permission_denied, error);
+  for (int seen = 0; !error && entry != fs::end(entry) && seen < kMostEntries; entry.increment(error)) {
+    ++seen;
+    const bool is_hidden = entry->path().filename().string().front() == '.';
+    if (is_hidden || entry.depth() == kMostDepth) entry.disable_recursion_pending();
+    const bool is_in_subfolder =
+        entry.depth() > 0 && !is_hidden && has_image_extension(entry->path().string());
+    std::error_code ignored;
+    if (is_in_subfolder && !entry->is_directory(ignored))
+      ++images[entry->path().parent_path().lexically_relative(path).string()];
+  }
+  return images;
+}
+
+/// The first of the folders.
+std::string listed(const std::map<std::string, int>& folders) {
+  constexpr std::size_t kMost = 4;
+  std::string text;
+  for (auto folder = folders.begin(); folder != folders.end(); ++folder) {
+    if (std::distance(folders.begin(), folder) == kMost) return text + ", ...";
+    text += (text.empty() ? "" : ", ") + one_line(folder->first);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string unread_images(const std::string& path) {
@@ -389,25 +420,22 @@ std::string unread_images(const std::string& path) {
                                               ".cr3",  ".nef",  ".nrw",  ".arw", ".raf", ".orf", ".rw2",
                                               ".pef",  ".srw",  ".raw",  ".exr", ".hdr", ".psd", ".insp"};
   std::map<std::string, int> unread;
-  int in_folders = 0;
-  std::string folders;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.front() == '.') continue;
     const std::string extension = lower_case(entry.path().extension().string());
-    if (kinds.count(extension) > 0) ++unread[extension];
-    const std::size_t inside = entry.is_directory(error) ? images_in(entry.path()).size() : 0;
-    if (inside > 0) folders += (in_folders > 0 ? ", " : "") + name;
-    in_folders += static_cast<int>(inside);
+    if (entry.path().filename().string().front() != '.' && kinds.count(extension) > 0) ++unread[extension];
   }
   std::string text;
   for (const auto& [extension, count] : unread) {
-    text += (text.empty() ? "; not read: " : ", ") + std::to_string(count) + " " + extension;
+    text += (text.empty() ? "; of kinds that are not supported: " : ", ") + std::to_string(count) + " " +
+            extension;
   }
   if (!unread.empty()) text += " (convert them to png or jpg)";
-  if (in_folders > 0) {
-    text += "; " + std::to_string(in_folders) + " images are in its subfolders (" + folders +
+  const std::map<std::string, int> folders = images_in_subfolders(path);
+  int images = 0;
+  for (const auto& folder : folders) images += folder.second;
+  if (images > 0) {
+    text += "; " + std::to_string(images) + " images are in its subfolders (" + listed(folders) +
             "), which are not searched: give one of the subfolders, or a list of the images";
   }
   return text;

@@ -229,6 +229,8 @@ TEST(ImageFolder, ImagesThatAreNotReadAreCountedAndNamed) {
                {"photos", "no image", "2 .heic", "1 .dng", "convert"});
   expect_error([&] { open_images(folder / "DCIM"); },
                {"DCIM", "no image", "2 images are in its subfolders", "100", "101"});
+  EXPECT_NE(unread_images(folder / ".").find("2 images are in its subfolders (DCIM/100, DCIM/101)"),
+            std::string::npos);
   std::filesystem::copy_file(folder / "one.jpg", folder / "photos/b.jpg");
   EXPECT_EQ(stamps_of(folder / "photos").size(), 1u);
   EXPECT_NE(unread_images(folder / "photos").find("2 .heic"), std::string::npos);
