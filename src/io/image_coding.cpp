@@ -309,6 +309,8 @@ ImageHeader read_image_header(const std::vector<unsigned char>& content) {
   if (content.empty()) return {0, 0, "is empty"};
   const Bytes bytes(content);
   const std::optional<Size> size = is_dicom(bytes) ? std::nullopt : size_in_head(bytes);
+  if (!size && bytes.has(4, "ftyp"))
+    return {0, 0, "is a HEIF image (HEIC, AVIF) or a video: convert it to images of png or jpg"};
   if (!size) return {0, 0, "cannot be decoded as an image (PNG, JPEG, TIFF, BMP, PNM, WebP, JPEG 2000)"};
   if (size->width == 0 || size->height == 0) {
     return {0, 0, "cannot be decoded as an image: its header has no image size"};

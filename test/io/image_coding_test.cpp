@@ -309,6 +309,13 @@ TEST(ImageDecoding, WhatOpenCvTakesForAnotherFormatIsRefused) {
   }
 }
 
+// What phones send under the name of a .jpg.
+TEST(ImageDecoding, AHeifImageIsNamed) {
+  const std::string head = std::string("\0\0\0\x24", 4) + "ftypheic" + std::string(100, 'x');
+  EXPECT_NE(decode_image(Content(head.begin(), head.end())).problem.find("is a HEIF image"),
+            std::string::npos);
+}
+
 TEST(ImageDecoding, FillBytesRestartsAndTrailersAreNoCut) {
   Content bytes = encoded(".jpg", noise(300, 200), {cv::IMWRITE_JPEG_RST_INTERVAL, 4});
   ASSERT_EQ(decode_image(bytes).problem, "");
