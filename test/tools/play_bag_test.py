@@ -133,14 +133,18 @@ class BagsTest(unittest.TestCase):
             self.assertEqual(play_bag.transport_note("/axis/compressed", image, "compressed"),
                              f"{image} holds compressed images: image_transport:=compressed")
 
-    def test_a_calibration_on_another_topic_is_named(self):
+    def test_a_calibration_on_another_topic_is_used_beside_the_images_and_named_elsewhere(self):
         topics = {"/axis/compressed": play_bag.PACKED, "/axis/camera_info": play_bag.INFO, "/b/camera_info": play_bag.INFO}
-        said = play_bag.calibration_hint(topics, "/camera_info")
-        self.assertEqual(said, "the bag has no camera_info on /camera_info, but on /axis/camera_info, /b/camera_info: "
-                         "choose with camera_info_topic:=")
-        self.assertEqual(play_bag.calibration_hint(topics, "/axis/camera_info"), "")
-        self.assertEqual(play_bag.calibration_hint({"/axis/compressed": play_bag.PACKED}, "/camera_info"), "")
-        self.assertEqual(play_bag.calibration_hint(topics, ""), "")
+        wanted = "/camera_info"
+        note = f"the bag has no camera_info on {wanted}, but on /axis/camera_info, /b/camera_info: "
+        self.assertEqual(play_bag.find_calibration(topics, wanted, "/axis/compressed"),
+                         ("/axis/camera_info", note + "/axis/camera_info is used"))
+        self.assertEqual(play_bag.find_calibration(topics, wanted, "/c/image_raw"),
+                         (None, note + "choose with camera_info_topic:="))
+        self.assertEqual(play_bag.find_calibration(topics, "/b/camera_info", "/axis/compressed"), ("/b/camera_info", ""))
+        self.assertEqual(play_bag.find_calibration({"/axis/compressed": play_bag.PACKED}, wanted, "/axis/compressed"),
+                         (None, ""))
+        self.assertEqual(play_bag.find_calibration(topics, "", "/axis/compressed"), (None, ""))
 
 
 class Tests(SummaryTest, BagsTest):
