@@ -116,6 +116,7 @@ enum class Order { kBig, kLittle };
 
 // The first marker, and what begins the next: all that OpenCV takes for one.
 constexpr std::string_view kJpeg = "\xff\xd8\xff";
+constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
 
 /// The bytes of a file; what lies beyond its end reads as zero, and a size of zero is none.
 class Bytes {
@@ -277,7 +278,7 @@ Size jp2_size(const Bytes& bytes) {
 
 /// Nothing for a format that is not known.
 std::optional<Size> size_in_head(const Bytes& bytes) {
-  if (bytes.has(0, std::string_view("\x89PNG\r\n\x1a\n", 8))) {
+  if (bytes.has(0, kPng)) {
     return Size{bytes.number(16, 4, Order::kBig), bytes.number(20, 4, Order::kBig)};
   }
   if (bytes.has(0, kJpeg)) return walk_jpeg(bytes).size;
@@ -423,6 +424,18 @@ std::string problem_of_size(const std::vector<unsigned char>& bytes, std::uint64
          ": expected at most " + std::to_string(max_pixels) + " pixels";
 }
 
+/// Whether a PNG ends before its last chunk does. libpng prints lines of its own for each of these.
+bool is_cut_png(const Bytes& bytes) {
+  constexpr std::uint64_t kLengthKindAndCrc = 12;
+  if (!bytes.has(0, kPng)) return false;
+  for (std::uint64_t at = kPng.size(); at < bytes.size();) {
+    const std::uint64_t end = at + kLengthKindAndCrc + bytes.number(at, 4, Order::kBig);
+    if (end <= bytes.size() && bytes.has(at + 4, "IEND")) return false;
+    at = end;
+  }
+  return true;
+}
+
 // libjpeg fills what a file lacks with grey and calls that a success, and OpenCV takes it.
 DecodedImage decode_jpeg(const std::vector<unsigned char>& bytes) {
   JpegData data;
@@ -496,6 +509,7 @@ DecodedImage to_8_bit(const cv::Mat& image, const GreyLevels& levels) {
 DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
   const std::string problem = problem_of_size(bytes, max_pixels);
   if (!problem.empty()) return {{}, problem};
+  if (is_cut_png(Bytes(bytes))) return {{}, "is a PNG that ends too early"};
   DecodedImage decoded;
   try {
     if (is_jpeg(bytes)) decoded = decode_jpeg(bytes);

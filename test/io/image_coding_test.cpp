@@ -222,6 +222,18 @@ TEST(ImageDecoding, AnEndMarkerBehindACutIsNoEnd) {
   }
 }
 
+TEST(ImageDecoding, ACutPngIsNamed) {
+  const Content whole = encoded(".png", noise(300, 200));
+  EXPECT_EQ(decode_image(whole).problem, "");
+  for (const std::size_t missing : {std::size_t{1}, std::size_t{12}, std::size_t{5000}}) {
+    const Content cut(whole.begin(), whole.end() - static_cast<long>(missing));
+    EXPECT_NE(decode_image(cut).problem.find("is a PNG that ends too early"), std::string::npos) << missing;
+  }
+  Content padded = whole;
+  padded.resize(whole.size() + 4096);
+  EXPECT_EQ(decode_image(padded).problem, "");
+}
+
 void expect_as_opencv_has_it(const Content& bytes) {
   const cv::Mat expected = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   const DecodedImage decoded = decode_image(bytes);
