@@ -316,6 +316,8 @@ class McapStorage : public MessageStorage {
     read_outside_chunks();
     // Without a summary the topics are named in the chunks alone.
     if (schemas_.channels.empty()) read_chunks();
+    if (schemas_.channels.empty())
+      McapFile(path_, options_).refuse("it names no topic, so it is empty or damaged");
   }
 
   std::vector<StoredTopic> topics() const override {

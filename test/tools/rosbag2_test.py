@@ -187,7 +187,7 @@ class Rosbag2Test(RunsOfARoom):
         for path, part in ((written("text.db3", b"nothing of the kind"), "expected a .db3 file"),
                            (written("text.mcap", b"nothing of the kind"), "expected an .mcap file"),
                            (written("nothing.mcap", b""), "expected an .mcap file"),
-                           (written("bomb.mcap", bomb), "has no image topic"),
+                           (written("bomb.mcap", bomb), "names no topic, so it is empty or damaged"),
                            (self.path("none.db3"), "has no image topic"),
                            (self.path("views.db3"), "no tables"),
                            (self.path("empty"), "holds no recording"),
