@@ -19,6 +19,7 @@ FLOORS = [
     ["mapping"],
     ["quality"],
     ["tracking"],
+    ["pipeline"],
     ["simulation", "evaluation", "ros"],
     ["tools", "python"],
     ["benchmarks"],

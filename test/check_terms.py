@@ -38,7 +38,7 @@ RETIRED_NAMES = {r"besides?": "name what is meant (inactive map, default topic)"
 
 # A folder of this list is checked under src, include and test.
 FOLDERS = ["common", "camera", "geometry", "robust", "features", "segmentation", "map", "optimization", "io", "evaluation",
-           "simulation", "mapping", "tracking", "tools", "ros", "python", "benchmarks", "quality", "fuzz", "lint",
+           "simulation", "mapping", "tracking", "pipeline", "tools", "ros", "python", "benchmarks", "quality", "fuzz", "lint",
            "support"]
 OTHERS = ["scripts", "doc", "config", "launch", "msg", "README.md", "CONTRIBUTING.md", "CMakeLists.txt"]
 SUFFIXES = {"", ".h", ".cpp", ".py", ".test", ".html", ".txt", ".cmake", ".md", ".yaml", ".launch", ".msg"}

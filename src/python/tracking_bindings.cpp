@@ -13,7 +13,7 @@
 #include "io/image_coding.h"
 #include "io/image_source.h"
 #include "mono_pose_tracker/tracking/tracker.h"
-#include "tracking/calibrated_recording.h"
+#include "pipeline/calibrated_recording.h"
 
 namespace mono_pose_tracker {
 namespace {

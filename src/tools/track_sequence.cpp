@@ -33,9 +33,9 @@
 #include "results/report.h"
 #include "track_sequence_arguments.h"
 #include "tracking/background_image.h"
-#include "tracking/calibrated_recording.h"
-#include "tracking/recording.h"
-#include "tracking/self_calibration.h"
+#include "pipeline/calibrated_recording.h"
+#include "pipeline/recording.h"
+#include "pipeline/self_calibration.h"
 #include "viewer/scene_page.h"
 #include "written_files.h"
 

@@ -40,6 +40,11 @@ struct FinishedMap {
   double planar_p_value = 0;    // of the second motion of a plane (mapping/planar_ambiguity.h)
 
   bool confirmed() const { return quality.confirmed(); }
+  /// Whether the map was loaded from a file: frames of earlier runs have negative indices.
+  bool is_loaded() const {
+    const auto& keyframes = map.keyframes();
+    return !keyframes.empty() && is_of_earlier_run(keyframes.begin()->second.frame_index);
+  }
 };
 
 }  // namespace mono_pose_tracker

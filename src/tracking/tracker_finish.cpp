@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "finished_maps.h"
 #include "mapping/depth_reversal.h"
 #include "mapping/planar_ambiguity.h"
 #include "tracker_impl.h"
@@ -160,7 +159,7 @@ void Tracker::Impl::assess_map(std::size_t place, std::int64_t images, FinishedM
   evidence.path = &map->precision;
   evidence.name = place == 0 ? "" : "map_" + std::to_string(place + 1);
   evidence.is_first = place == 0;
-  evidence.is_loaded = is_loaded(*map) || options_.localize_only;
+  evidence.is_loaded = map->is_loaded() || options_.localize_only;
   evidence.rests_on_two_views = rests_on_two_views_;
   evidence.is_object = is_narrow(map->map, limits_.alternatives);
   evidence.registered = map->trajectory.size();

@@ -17,7 +17,7 @@
 #include "ros/camera_info.h"
 #include "ros/image_conversion.h"
 #include "tools/json.h"
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 namespace {

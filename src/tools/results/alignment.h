@@ -10,7 +10,7 @@
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "robust/position_alignment.h"
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 

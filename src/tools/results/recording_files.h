@@ -11,7 +11,7 @@
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/map/map.h"
 #include "report.h"
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 

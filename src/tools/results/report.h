@@ -12,8 +12,8 @@
 #include "camera/camera_parameters.h"
 #include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
-#include "tracking/recording.h"
-#include "tracking/self_calibration.h"
+#include "pipeline/recording.h"
+#include "pipeline/self_calibration.h"
 
 namespace mono_pose_tracker {
 

@@ -17,7 +17,7 @@
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "mono_pose_tracker/io/trajectory.h"
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 

@@ -14,9 +14,9 @@
 #include "io/image_source.h"
 #include "mapping/loop_closer.h"
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "pipeline/recording_stage.h"
 #include "tracking/feature_memory.h"
 #include "tracking/finished_map.h"
-#include "tracking/recording_stage.h"
 
 namespace mono_pose_tracker {
 

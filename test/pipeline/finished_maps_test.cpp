@@ -1,4 +1,4 @@
-#include "tracking/finished_maps.h"
+#include "pipeline/finished_maps.h"
 
 #include <gtest/gtest.h>
 

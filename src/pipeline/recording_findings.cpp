@@ -65,7 +65,7 @@ std::string some_of(const std::vector<std::int64_t>& frames, std::size_t most) {
 // Images located in a loaded map rest on the images of earlier runs.
 void report_uncertain_images(const RecordingFindingsOptions& options, std::set<std::int64_t> doubtful,
                              std::size_t place, FinishedMap* map) {
-  if (!is_loaded(*map)) doubtful.merge(isolated_frames(map->trajectory, options.doubtful));
+  if (!map->is_loaded()) doubtful.merge(isolated_frames(map->trajectory, options.doubtful));
   const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, doubtful);
   if (alone.empty()) return;
   Finding finding;
@@ -84,7 +84,7 @@ void report_uncertain_images(const RecordingFindingsOptions& options, std::set<s
 
 // A small map other than the first has too few images to be checked.
 void report_small_map(std::size_t least, std::size_t place, FinishedMap* map) {
-  if (place == 0 || is_loaded(*map) || map->trajectory.size() >= least) return;
+  if (place == 0 || map->is_loaded() || map->trajectory.size() >= least) return;
   Finding finding;
   finding.kind = FindingKind::kFewImages;
   finding.k = static_cast<int>(map->trajectory.size());
@@ -147,7 +147,7 @@ void spread_few_images(RecordingResult* result) {
   for (const Finding& finding : std::vector<Finding>(result->maps.front().quality.findings())) {
     if (finding.kind != FindingKind::kFewImages) continue;
     for (std::size_t i = 1; i < result->maps.size(); ++i) {
-      if (!is_loaded(result->maps[i])) result->maps[i].quality.add(finding);
+      if (!result->maps[i].is_loaded()) result->maps[i].quality.add(finding);
     }
   }
 }

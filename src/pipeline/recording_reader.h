@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/threads.h"
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 

@@ -10,11 +10,6 @@ std::set<std::int64_t> frames_of(const std::vector<RegisteredFrame>& trajectory)
   return frames;
 }
 
-bool is_loaded(const FinishedMap& map) {
-  const auto& keyframes = map.map.keyframes();
-  return !keyframes.empty() && is_of_earlier_run(keyframes.begin()->second.frame_index);
-}
-
 std::size_t frames_outside_first(const std::vector<FinishedMap>& maps) {
   if (maps.empty()) return 0;
   std::set<std::int64_t> outside;
@@ -28,7 +23,7 @@ void exclude_covered_maps(std::vector<FinishedMap>* maps) {
   const std::set<std::int64_t> in_first = frames_of(maps->front().trajectory);
   const auto is_covered = [&](const FinishedMap& map) {
     const std::set<std::int64_t> frames = frames_of(map.trajectory);
-    return !is_loaded(map) && std::includes(in_first.begin(), in_first.end(), frames.begin(), frames.end());
+    return !map.is_loaded() && std::includes(in_first.begin(), in_first.end(), frames.begin(), frames.end());
   };
   maps->erase(std::remove_if(maps->begin() + 1, maps->end(), is_covered), maps->end());
 }

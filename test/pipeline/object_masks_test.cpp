@@ -1,4 +1,4 @@
-#include "tracking/object_masks.h"
+#include "pipeline/object_masks.h"
 
 #include <gtest/gtest.h>
 

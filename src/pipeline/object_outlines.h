@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "tracking/recording.h"
-#include "tracking/self_calibration.h"
+#include "pipeline/recording.h"
+#include "pipeline/self_calibration.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 #include <algorithm>
 #include <atomic>
@@ -63,6 +63,7 @@ bool has_folders(const std::map<std::int64_t, std::string>& names) {
 // Drops loaded maps in which no frame was registered.
 void exclude_unseen_maps(RecordingResult* result) {
   std::vector<FinishedMap>& maps = result->maps;
+  const auto is_loaded = [](const FinishedMap& map) { return map.is_loaded(); };
   const bool any_loaded = std::any_of(maps.begin(), maps.end(), is_loaded);
   maps.erase(std::remove_if(maps.begin(), maps.end(), [](const auto& map) { return map.trajectory.empty(); }),
              maps.end());

@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "feature_memory.h"
 #include "mapping/static_background.h"
 #include "object_masks.h"
+#include "pipeline/recording.h"
 #include "recording_reader.h"
 #include "result_choice.h"
-#include "tracking/recording.h"
+#include "tracking/feature_memory.h"
 
 namespace mono_pose_tracker {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 

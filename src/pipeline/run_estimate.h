@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "tracking/recording_stage.h"
+#include "pipeline/recording_stage.h"
 
 namespace mono_pose_tracker {
 

@@ -11,9 +11,6 @@ namespace mono_pose_tracker {
 
 std::set<std::int64_t> frames_of(const std::vector<RegisteredFrame>& trajectory);
 
-// Whether the map was loaded from a file: frames of earlier runs have negative indices.
-bool is_loaded(const FinishedMap& map);
-
 // Number of frames with a pose in any map but the first.
 std::size_t frames_outside_first(const std::vector<FinishedMap>& maps);
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "doubtful_frames.h"
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "tracking/self_calibration.h"
+#include "pipeline/self_calibration.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tracking/object_outlines.h"
+#include "pipeline/object_outlines.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include "tracking/unregistered_frames.h"
+#include "pipeline/unregistered_frames.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tracking/calibrated_recording.h"
+#include "pipeline/calibrated_recording.h"
 
 #include <atomic>
 #include <functional>

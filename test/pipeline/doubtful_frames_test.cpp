@@ -1,4 +1,4 @@
-#include "tracking/doubtful_frames.h"
+#include "pipeline/doubtful_frames.h"
 
 #include <gtest/gtest.h>
 

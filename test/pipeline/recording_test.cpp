@@ -1,4 +1,4 @@
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 #include <gtest/gtest.h>
 

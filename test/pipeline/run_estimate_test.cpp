@@ -1,4 +1,4 @@
-#include "tracking/run_estimate.h"
+#include "pipeline/run_estimate.h"
 
 #include <gtest/gtest.h>
 

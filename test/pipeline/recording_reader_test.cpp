@@ -4,9 +4,9 @@
 #include <functional>
 #include <utility>
 
+#include "pipeline/recording.h"
 #include "support/simulated_room.h"
 #include "tools/looked_at_source.h"
-#include "tracking/recording.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,9 +1,9 @@
-#include "tracking/result_choice.h"
+#include "pipeline/result_choice.h"
 
 #include <gtest/gtest.h>
 
 #include "mono_pose_tracker/tracking/frame_report.h"
-#include "tracking/recording.h"
+#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 namespace {
