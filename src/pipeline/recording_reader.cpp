@@ -1,6 +1,7 @@
 #include "recording_reader.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "object_masks.h"
@@ -76,15 +77,17 @@ void RecordingReader::prepare(Item* item) const {
 }
 
 void read_again(const Recording& recording, const RecordingResult& result, const Tracker& tracker,
-                const RecordingReader::IsWanted& is_wanted,
+                const std::set<std::int64_t>& wanted,
                 const std::function<void(const RecordingReader&)>& use) {
   // A folder may have grown meanwhile: images that the first pass did not read are ignored.
-  std::int64_t last = result.frames_total - 1;
-  while (last >= 0 && !is_wanted(last)) --last;
-  if (last < 0) return;
-  RecordingReader reader(recording, tracker, is_wanted, result.unreadable);
+  const auto end = wanted.lower_bound(result.frames_total);
+  if (end == wanted.begin()) return;
+  const std::int64_t last = *std::prev(end);
+  RecordingReader reader(
+      recording, tracker, [&](std::int64_t index) { return wanted.count(index) > 0; }, nullptr,
+      &result.unreadable);
   while (reader.index() < last && reader.next()) {
-    if (is_wanted(reader.index())) use(reader);
+    if (wanted.count(reader.index()) > 0) use(reader);
   }
 }
 

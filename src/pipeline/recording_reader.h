@@ -19,15 +19,11 @@ class RecordingReader {
  public:
   using IsWanted = std::function<bool(std::int64_t)>;  // by index; other images are not prepared
 
-  // problems: receives a line for each unreadable image or mask; may be null.
+  // problems: receives a line for each unreadable image or mask; may be null. unreadable: those of the first
+  // time (RecordingResult) where the recording is read once more; unwanted images are then skipped and have
+  // no pixels and no names.
   RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                  std::vector<std::string>* problems)
-      : RecordingReader(recording, tracker, std::move(is_wanted), problems, nullptr) {}
-  // Reads once more: unwanted images are skipped and have no pixels and no names. unreadable: those of the
-  // first time (RecordingResult).
-  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                  const std::set<std::int64_t>& unreadable)
-      : RecordingReader(recording, tracker, std::move(is_wanted), nullptr, &unreadable) {}
+                  std::vector<std::string>* problems, const std::set<std::int64_t>* unreadable = nullptr);
 
   // Returns false at the end.
   bool next();
@@ -41,9 +37,6 @@ class RecordingReader {
   const std::set<std::int64_t>& unreadable() const { return unreadable_; }
 
  private:
-  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                  std::vector<std::string>* problems, const std::set<std::int64_t>* unreadable);
-
   // The next image with its mask, or the end.
   struct Item {
     std::int64_t index = -1;  // counts the readable images
@@ -74,7 +67,6 @@ class RecordingReader {
 
 // Reads the wanted images of a result once more, in order.
 void read_again(const Recording& recording, const RecordingResult& result, const Tracker& tracker,
-                const RecordingReader::IsWanted& is_wanted,
-                const std::function<void(const RecordingReader&)>& use);
+                const std::set<std::int64_t>& wanted, const std::function<void(const RecordingReader&)>& use);
 
 }  // namespace mono_pose_tracker

@@ -94,4 +94,10 @@ bool exceeds(const EstimatedChange& whole, const std::vector<EstimatedChange>& p
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map, const CalibrationDoubtOptions& limits = {});
 
+/// The arguments of this test, for another thread.
+struct CalibrationTest {
+  CameraRefinementOptions options;
+  CameraParameters camera;
+};
+
 }  // namespace mono_pose_tracker

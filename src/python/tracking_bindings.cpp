@@ -13,7 +13,7 @@
 #include "io/image_coding.h"
 #include "io/image_source.h"
 #include "mono_pose_tracker/tracking/tracker.h"
-#include "pipeline/calibrated_recording.h"
+#include "pipeline/recording_pipeline.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -197,46 +197,6 @@ class ProgressCall {
   std::unique_ptr<py::error_already_set> error_;
 };
 
-TrackerMaker maker_of(const TrackerOptions& options, const CameraParameters& camera) {
-  return [options, camera] {
-    return std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
-  };
-}
-
-TrackedRecording track_with_given(const Recording& recording, const TrackerOptions& options,
-                                  const CameraRefinementOptions& refinement, const CameraModel& camera,
-                                  const ObserverOfAttempt& observer_of) {
-  const CameraParameters& given = camera.parameters();
-  TrackedRecording tracked = track_until_confirmed(with_calibration_test(recording, refinement, given),
-                                                   maker_of(options, given), observer_of);
-  add_calibration_test(refinement, given, *tracked.tracker, &tracked.result);
-  return tracked;
-}
-
-// Sets the camera of the reconstruction.
-TrackedRecording track_and_refine(const Recording& recording, const TrackerOptions& options,
-                                  const CameraRefinementOptions& refinement, const CameraModel& camera,
-                                  const ObserverOfAttempt& observer_of, Reconstruction* reconstruction) {
-  TrackedRecording tracked;
-  const SelfCalibration refined = calibrate_by_tracking(
-      camera.parameters(), CalibrationSource::kGiven, refinement,
-      [&](const CameraParameters& present, int max_keyframes) -> const Map* {
-        tracked = TrackedRecording();  // before the next: two maps need not be held
-        const TrackerMaker make_tracker = maker_of(options, present);
-        if (max_keyframes > 0) {
-          tracked.tracker = make_tracker();
-          tracked.result = track_beginning(recording, max_keyframes, observer_of(0), tracked.tracker.get());
-        } else {
-          tracked = track_until_confirmed(recording, make_tracker, observer_of);
-        }
-        return tracked.result.tracked ? &tracked.tracker->map() : nullptr;
-      });
-  add_calibration_findings(refined, refinement, *tracked.tracker, &tracked.result);
-  reconstruction->camera = refined.camera;
-  reconstruction->calibration = refined.source;
-  return tracked;
-}
-
 std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const CameraModel& camera,
                                             const py::object& masks, const py::object& options, int threads,
                                             const py::object& progress, bool refine_camera) {
@@ -260,7 +220,6 @@ std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const Came
   ProgressCall call(progress, recording.open()->size());
   recording.interrupted = [&call] { return call.has_ended(); };
   auto result = std::make_unique<Reconstruction>();
-  result->camera = camera.parameters();
   {
     const py::gil_scoped_release unlocked;
     const auto observer_of = [&](int) -> FrameObserver {
@@ -268,13 +227,11 @@ std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const Came
         if (pass == 1) call.advance(index + 1);
       };
     };
-    CameraRefinementOptions refinement = refinement_options(tracker_options);
-    refinement.cancel = recording.interrupted;
-    TrackedRecording tracked =
-        refine_camera
-            ? track_and_refine(recording, tracker_options, refinement, camera, observer_of, result.get())
-            : track_with_given(recording, tracker_options, refinement, camera, observer_of);
+    const RecordingCamera given{camera.parameters(), CalibrationSource::kGiven, refine_camera};
+    TrackedRecording tracked = RecordingPipeline(recording, tracker_options, given, observer_of).run();
     result->recorded = std::move(tracked.result);
+    result->camera = tracked.calibration.camera;
+    result->calibration = tracked.calibration.source;
     if (!result->recorded.maps.empty()) result->points = result->recorded.maps.front().snapshot->points;
     recording.open = nullptr;
   }

@@ -20,7 +20,7 @@
 #include "common/threads.h"
 #include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
-#include "pipeline/run_estimate.h"
+#include "run_estimate.h"
 
 namespace mono_pose_tracker {
 

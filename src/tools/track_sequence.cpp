@@ -25,6 +25,7 @@
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/tracking/options_table.h"
+#include "pipeline/recording_pipeline.h"
 #include "progress.h"
 #include "results/alignment.h"
 #include "results/model_export.h"
@@ -33,9 +34,6 @@
 #include "results/report.h"
 #include "track_sequence_arguments.h"
 #include "tracking/background_image.h"
-#include "pipeline/calibrated_recording.h"
-#include "pipeline/recording.h"
-#include "pipeline/self_calibration.h"
 #include "viewer/scene_page.h"
 #include "written_files.h"
 
@@ -188,11 +186,6 @@ struct Observed {
   PosesByMap live;
 };
 
-void note_live(int pass, const FrameReport& report, PosesByMap* live) {
-  if (pass == 1 && report.map_from_camera)
-    (*live)[report.map_id].push_back({report.stamp_ns, *report.map_from_camera});
-}
-
 void tell_of_attempt(int attempt, bool quiet, RunProgress* progress) {
   if (quiet) return;
   progress->end_line();
@@ -201,7 +194,7 @@ void tell_of_attempt(int attempt, bool quiet, RunProgress* progress) {
                attempt + 1);
 }
 
-// One pass over the recording, and its result.
+// The result, and what was observed on the way to it.
 struct Run {
   std::unique_ptr<Tracker> tracker;
   RecordingResult result;
@@ -210,98 +203,36 @@ struct Run {
   PosesByMap live;
 };
 
-// loaded: maps to start in; null: none.
-std::unique_ptr<Tracker> make_tracker(const TrackerOptions& options, const CameraParameters& camera,
-                                      const SavedMaps* loaded) {
-  auto made = std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
-  if (loaded) made->load_maps(*loaded);
-  return made;
-}
-
-// Tracks until the map has so many keyframes; writes nothing.
-Run track_for_refinement(const TrackerOptions& options, const CameraParameters& camera, int max_keyframes,
-                         const Recording& recording, RunProgress* progress) {
-  Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false), {}, {}};
-  const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
-    if (pass == 1) progress->show(report);
-    note_live(pass, report, &run.live);
-  };
-  run.result = track_beginning(recording, max_keyframes, observer, run.tracker.get());
-  return run;
-}
-
-Run track_all(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
-              const Recording& recording, RunProgress* progress, const SavedMaps* loaded = nullptr) {
-  TrajectoryWriter live((fs::path(a.output) / "trajectory_live.txt").string());
-  std::vector<std::weak_ptr<Observed>> observed;  // by attempt; of the attempt that is kept in the end
+Run track(const Arguments& a, const TrackerOptions& options, const Recording& recording,
+          Calibration* calibration, RunProgress* progress) {
+  std::optional<TrajectoryWriter> live;             // of the first attempt
+  std::map<int, std::weak_ptr<Observed>> observed;  // by attempt; of the one that is kept in the end
   const auto observer_of = [&](int attempt) -> FrameObserver {
+    const bool is_whole = attempt != RecordingPipeline::kBeginning;
     if (attempt > 0) tell_of_attempt(attempt, a.quiet, progress);
-    const auto into = std::make_shared<Observed>(a.undistorted || !a.write_masks.empty());
-    observed.push_back(into);
-    return [&, attempt, into](int pass, std::int64_t index, const FrameReport& report) {
+    if (attempt == 0) live.emplace((fs::path(a.output) / "trajectory_live.txt").string());
+    const auto into = std::make_shared<Observed>(is_whole && (a.undistorted || !a.write_masks.empty()));
+    observed[attempt] = into;
+    return [&, attempt, is_whole, into](int pass, std::int64_t index, const FrameReport& report) {
       if (pass == 1) progress->show(report);
-      note_live(pass, report, &into->live);
-      if (attempt == 0 && pass == 1 && report.map_from_camera)
-        live.append(into->live[report.map_id].back(), report.map_id);
-      if (pass == 1 || report.map_from_camera) {
+      if (pass == 1 && report.map_from_camera) {
+        into->live[report.map_id].push_back({report.stamp_ns, *report.map_from_camera});
+        if (attempt == 0) live->append(into->live[report.map_id].back(), report.map_id);
+      }
+      if (is_whole && (pass == 1 || report.map_from_camera)) {
         into->masks.add(index, report);
         into->notes.add(index, report);
       }
     };
   };
-  TrackedRecording tracked = track_until_confirmed(
-      recording, [&] { return make_tracker(options, camera, loaded); }, observer_of);
+  const RecordingCamera camera{calibration->camera, calibration->source, a.refine_camera || a.hfov};
+  TrackedRecording tracked = RecordingPipeline(recording, options, camera, observer_of).run();
+  calibration->camera = tracked.calibration.camera;
+  calibration->source = tracked.calibration.source;
+  if (tracked.calibration.runs > 0) calibration->refined = tracked.calibration;
   const std::shared_ptr<Observed> kept = observed[tracked.attempt].lock();
   return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept->masks),
           std::move(kept->notes), std::move(kept->live)};
-}
-
-// Tracks with the given camera, and checks it with the map.
-Run track_with_given(const Arguments& a, const TrackerOptions& options, const Recording& recording,
-                     const CameraRefinementOptions& refinement, const CameraParameters& camera,
-                     RunProgress* progress) {
-  Run run = track_all(a, options, camera, with_calibration_test(recording, refinement, camera), progress);
-  add_calibration_test(refinement, camera, *run.tracker, &run.result);
-  return run;
-}
-
-// Tracks with a camera that is refined in between.
-Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Recording& recording,
-                     const CameraRefinementOptions& refinement, Calibration* calibration,
-                     RunProgress* progress) {
-  std::optional<Run> run;
-  const SelfCalibration refined = calibrate_by_tracking(
-      calibration->camera, calibration->source, refinement,
-      [&](const CameraParameters& camera, int max_keyframes) -> const Map* {
-        run.reset();  // before the next: two maps need not be held
-        run.emplace(max_keyframes > 0
-                        ? track_for_refinement(options, camera, max_keyframes, recording, progress)
-                        : track_all(a, options, camera, recording, progress));
-        return run->result.tracked ? &run->tracker->map() : nullptr;
-      });
-  add_calibration_findings(refined, refinement, *run->tracker, &run->result);
-  calibration->camera = refined.camera;
-  calibration->source = refined.source;
-  calibration->refined = refined;
-  return std::move(*run);
-}
-
-Run track(const Arguments& a, const TrackerOptions& options, const Recording& recording,
-          const SavedMaps* loaded, Calibration* calibration, RunProgress* progress) {
-  CameraRefinementOptions refinement = refinement_options(options);
-  refinement.cancel = [] { return signals_caught > 0; };
-  // A map that is there already is of other cameras, too, and holds to the one that is given.
-  Run run = loaded ? track_all(a, options, calibration->camera, recording, progress, loaded)
-            : a.refine_camera || a.hfov
-                ? track_and_refine(a, options, recording, refinement, calibration, progress)
-                : track_with_given(a, options, recording, refinement, calibration->camera, progress);
-  if (calibration->source == CalibrationSource::kGuessed) {
-    add_calibration_doubt(
-        "the guessed focal length is not confirmed: path and map may be distorted; calibrate the camera, or "
-        "record rotations and views from more sides",
-        &run.result);
-  }
-  return run;
 }
 
 std::vector<StampedPose> read_reference(const std::string& path) {
@@ -398,7 +329,6 @@ Recording recording_of(const Arguments& a, const LookedAtSource& source,
   recording.open = [source, thumbnails] { return with_thumbnails(source.open(), thumbnails); };
   recording.max_frames = a.max_frames;
   recording.threads = a.threads;
-  recording.try_again = a.map.empty();
   recording.feature_memory.memory_bytes = a.feature_memory_mb << 20;
   recording.feature_memory.folder = a.output;
   recording.interrupted = [] { return signals_caught > 0; };
@@ -492,8 +422,8 @@ int run(const Arguments& given) {
     std::fprintf(stderr, "--hfov is used instead of any camera_info in the bag\n");
   std::optional<SavedMaps> loaded;
   if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
-  const SavedMaps* const maps = loaded ? &*loaded : nullptr;
-  make_tracker(options, calibration.camera, maps);  // refuses options before the work
+  if (loaded) recording.loaded = &*loaded;
+  make_tracker(options, calibration.camera, recording.loaded);  // refuses options before the work
   std::optional<MaskFolder> masks;
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
   check_first_image(a, source, &calibration);
@@ -506,7 +436,7 @@ int run(const Arguments& given) {
   end_on_signals();
   RunProgress progress(images_to_track(a, source), a.quiet);
   recording.begin_stage = [&](RecordingStage stage) { progress.begin(stage); };
-  Run run = track(a, options, recording, maps, &calibration, &progress);
+  Run run = track(a, options, recording, &calibration, &progress);
   progress.end_line();
   if (!unread.empty()) run.result.warnings.push_back(a.images + ": some images are not read" + unread);
   if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "common/rotation.h"
@@ -35,115 +36,23 @@ RecordingResult track(const std::vector<cv::Mat>& images, const CameraModel& cam
       recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
 }
 
-// About the final map; with one thread the caller checks it itself.
-TEST_F(RecordingTest, TheCallersDoubtIsAskedInParallelWithTheOtherChecks) {
+// Of the final map; with one thread RecordingPipeline makes the test later.
+TEST_F(RecordingTest, TheCalibrationIsTestedInParallelWithTheOtherChecks) {
+  CameraParameters longer = room_->camera.parameters();
+  longer.fx *= 1.2, longer.fy *= 1.2;
   for (const int threads : {1, 2}) {
     Recording recording;
     recording.open = [] { return std::make_unique<RoomImages>(*room_); };
     recording.threads = threads;
-    recording.doubt_of = [](const Map& map, const std::function<bool()>&) {
-      return std::to_string(map.landmarks().size()) + " points";
-    };
+    recording.calibration_test = CalibrationTest{{}, longer};
     Tracker tracker(TrackerOptions().on_threads(threads), room_->camera, Tracker::Mapping::kInline);
     const RecordingResult result = track_recording(
         recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
     ASSERT_TRUE(is_confirmed(result));
-    ASSERT_EQ(result.doubt.has_value(), threads > 1);
-    const std::string expected = std::to_string(tracker.map().landmarks().size()) + " points";
-    EXPECT_EQ(result.doubt.value_or(expected), expected);
+    ASSERT_EQ(result.calibration_doubt.has_value(), threads > 1);
+    const std::string expected = doubt_of_calibration({}, longer, tracker.map());
+    EXPECT_EQ(result.calibration_doubt.value_or(expected), expected);
   }
-}
-
-// Options for each run.
-TrackedRecording track_until_confirmed(const SimulatedRoom& room,
-                                       const std::function<TrackerOptions()>& options) {
-  Recording recording;
-  recording.open = [&] { return std::make_unique<RoomImages>(room); };
-  return track_until_confirmed(
-      recording, [&] { return std::make_unique<Tracker>(options(), room.camera, Tracker::Mapping::kInline); },
-      [](int) { return [](int, std::int64_t, const FrameReport&) {}; });
-}
-
-// A room fills the view and is static: the first result is confirmed.
-TEST_F(RecordingTest, AConfirmedRecordingIsTrackedOnce) {
-  int attempts = 0;
-  const TrackedRecording tracked = track_until_confirmed(*room_, [&] {
-    ++attempts;
-    return TrackerOptions();
-  });
-  EXPECT_EQ(attempts, 1);
-  EXPECT_EQ(tracked.attempt, 0);
-  EXPECT_TRUE(is_confirmed(tracked.result));
-  EXPECT_TRUE(tracked.result.warnings.empty());
-}
-
-// The first run has bad options; the second one's result is to be returned.
-TrackedRecording track_with_spoilt_first(const SimulatedRoom& room,
-                                         const std::function<void(TrackerOptions*)>& spoil) {
-  int attempts = 0;
-  TrackedRecording tracked = track_until_confirmed(room, [&] {
-    TrackerOptions options;
-    if (++attempts == 1) spoil(&options);
-    return options;
-  });
-  EXPECT_EQ(attempts, 2);
-  EXPECT_EQ(tracked.attempt, 1);
-  return tracked;
-}
-
-// The first seed gives no map, whatever the images show.
-TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
-  const TrackedRecording tracked =
-      track_with_spoilt_first(*room_, [](TrackerOptions* o) { o->bootstrap.min_matches = 1000000; });
-  ASSERT_TRUE(tracked.result.tracked);
-  EXPECT_EQ(tracked.result.trajectory.size(), 15u);
-}
-
-TEST_F(RecordingTest, TheObserverOfAResultThatIsNotKeptIsFreed) {
-  Recording recording;
-  recording.open = [&] { return std::make_unique<RoomImages>(*room_); };
-  std::vector<std::weak_ptr<int>> owned;
-  const TrackedRecording tracked = track_until_confirmed(
-      recording,
-      [&] {
-        TrackerOptions options;
-        if (owned.empty()) options.bootstrap.min_matches = 1000000;
-        return std::make_unique<Tracker>(options, room_->camera, Tracker::Mapping::kInline);
-      },
-      [&](int) {
-        const auto data = std::make_shared<int>(0);
-        owned.push_back(data);
-        return [data](int, std::int64_t, const FrameReport&) { ++*data; };
-      });
-  ASSERT_EQ(owned.size(), 2u);
-  ASSERT_EQ(tracked.attempt, 1);
-  EXPECT_TRUE(owned[0].expired());
-  ASSERT_FALSE(owned[1].expired());
-  EXPECT_GE(*owned[1].lock(), 15);
-}
-
-// There is no finding against it, and no other seed gives more.
-TEST_F(RecordingTest, AMapOfFewOfTheImagesIsTriedFromElsewhereAndNotConfirmed) {
-  std::vector<cv::Mat> images;
-  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
-  const std::size_t of_room = images.size();
-  for (std::size_t i = 0; i <= of_room; ++i)
-    images.push_back(random_texture(images[0].cols, images[0].rows, 100 + static_cast<int>(i)));
-  Recording recording;
-  recording.open = [&] { return std::make_unique<GivenImages>(images); };
-  std::set<int> begun;
-  std::set<std::int64_t> begun_at;
-  const TrackedRecording tracked = track_until_confirmed(
-      recording,
-      [&] { return std::make_unique<Tracker>(TrackerOptions(), room_->camera, Tracker::Mapping::kInline); },
-      [&](int attempt) {
-        return [&, attempt](int pass, std::int64_t index, const FrameReport&) {
-          if (pass == 1 && begun.insert(attempt).second) begun_at.insert(index);
-        };
-      });
-  EXPECT_EQ(tracked.result.trajectory.size(), room_->frames.size());
-  EXPECT_FALSE(tracked.result.maps.front().confirmed());
-  EXPECT_GE(begun_at.size(), 3u);
 }
 
 TEST_F(RecordingTest, BlackImagesAreNotMissed) {
@@ -153,44 +62,6 @@ TEST_F(RecordingTest, BlackImagesAreNotMissed) {
   const RecordingResult result = track(images, room_->camera);
   EXPECT_EQ(result.trajectory.size(), room_->frames.size());
   EXPECT_TRUE(result.maps.front().confirmed());
-}
-
-// A picture in the picture: from the fifth image on most of it shows another room, as from a camera that
-// moves in the opposite direction. The map continues with the rest of the first room.
-TEST_F(RecordingTest, AMapOfTheSmallerOfTwoObjectsIsRebuiltOfTheLarger) {
-  constexpr int kFrames = 30, kAlone = 5, kStride = 3;
-  const SimulatedRoom first = simulated_room(kFrames, 1), second = simulated_room(kStride * kFrames, 1, 2);
-  const auto shown = [](std::int64_t i) { return kStride * (kFrames - 1 - i); };
-  std::vector<cv::Mat> images;
-  for (int i = 0; i < kFrames; ++i) {
-    images.push_back(first.frames[i].image.clone());
-    const cv::Rect place(images[i].cols / 3, 0, images[i].cols - images[i].cols / 3, images[i].rows);
-    if (i >= kAlone) second.frames[shown(i)].image(place).copyTo(images[i](place));
-  }
-  Recording recording;
-  recording.open = [&] { return std::make_unique<GivenImages>(images); };
-  std::vector<int> attempts;
-  const TrackedRecording tracked = track_until_confirmed(
-      recording,
-      [&] { return std::make_unique<Tracker>(TrackerOptions(), first.camera, Tracker::Mapping::kInline); },
-      [&](int attempt) {
-        attempts.push_back(attempt);
-        return [](int, std::int64_t, const FrameReport&) {};
-      });
-  const RecordingResult& result = tracked.result;
-  ASSERT_TRUE(result.tracked);
-  EXPECT_GT(tracked.attempt, 0);
-  EXPECT_FALSE(result.maps.front().is_of_smaller_object);
-  const RegisteredFrame &a = result.trajectory[result.trajectory.size() / 4], &b = result.trajectory.back();
-  const auto truth = [&](const RegisteredFrame& frame) {
-    return second.truth[shown(frame.index)].map_from_camera;
-  };
-  EXPECT_LT(rotation_angle_between((a.map_from_camera.inverse() * b.map_from_camera).rotation,
-                                   (truth(a).inverse() * truth(b)).rotation),
-            1.5 * kDegree);
-  // The first images show the other room alone.
-  EXPECT_EQ(result.trajectory.size(), static_cast<std::size_t>(kFrames - kAlone));
-  EXPECT_EQ(result.trajectory.front().index, kAlone);
 }
 
 // The largest error of rotation, rad, after the paths are aligned at their first frames.

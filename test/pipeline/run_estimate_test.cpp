@@ -1,4 +1,4 @@
-#include "pipeline/run_estimate.h"
+#include "tools/run_estimate.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,279 @@
+#include "pipeline/recording_pipeline.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mapping/static_background.h"
+#include "object_masks.h"
+#include "recording_reader.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+bool is_of_other_object(const RecordingResult& result) {
+  return result.tracked && result.maps.front().is_of_other_object;
+}
+
+// Masks of the motion independent of the result's map, within its own masks.
+std::shared_ptr<const ObjectMasks> masks_of_other_object(const TrackedRecording& tracked) {
+  return std::make_shared<ObjectMasks>(tracked.result.maps.front().independent_motion.tracks,
+                                       tracked.object_masks);
+}
+
+// Number of landmark observations in all images of the first map.
+double observations_of(const RecordingResult& result) {
+  std::size_t count = 0;
+  for (const auto& entry : result.maps.front().map.landmarks()) {
+    count += entry.second.observations.size();
+  }
+  return static_cast<double>(count);
+}
+
+// With three objects the map may be of two at once, so most of the images must show it; half of them where
+// there is no contradiction.
+bool is_seen_enough(const RecordingResult& result, const RecordingResult& first) {
+  if (is_most_of(result, first)) return true;
+  return is_right_of_its_object(result) && 2 * result.trajectory.size() >= first.trajectory.size();
+}
+
+// Whether the object plainly rotates farther than the first.
+bool is_of_rotating_object(const RecordingResult& result, const RecordingResult& first) {
+  if (!result.tracked || !is_seen_enough(result, first)) return false;
+  return rotation_before_cameras(result.maps.front().map) >=
+         MotionSegmentationOptions().plainly_rotates * rotation_before_cameras(first.maps.front().map);
+}
+
+}  // namespace
+
+RecordingPipeline::RecordingPipeline(Recording recording, const TrackerOptions& options,
+                                     RecordingCamera camera, ObserverOfAttempt observer_of,
+                                     const RecordingPipelineOptions& limits)
+    : recording_(std::move(recording)),
+      options_(options),
+      given_(std::move(camera)),
+      observer_of_(std::move(observer_of)),
+      limits_(limits) {
+  refinement_.loss_width = options.bundle.loss_width;
+  refinement_.num_threads = options.bundle.num_threads;
+  refinement_.cancel = recording_.interrupted;
+}
+
+TrackedRecording RecordingPipeline::run() {
+  SelfCalibration calibration;
+  calibration.camera = given_.parameters;
+  calibration.source = given_.source;
+  if (given_.is_to_be_refined && !recording_.loaded) {
+    // With one camera after the other, until it converges.
+    calibration = calibrate_by_tracking(
+        given_.parameters, given_.source, refinement_, [this](const CameraParameters& camera, int keyframes) {
+          return keyframes > 0 ? track_beginning(camera, keyframes) : reconstruct(camera);
+        });
+  } else {
+    if (!recording_.loaded) recording_.calibration_test = CalibrationTest{refinement_, given_.parameters};
+    reconstruct(given_.parameters);
+  }
+  kept_.calibration = std::move(calibration);
+  report_calibration();
+  return std::move(kept_);
+}
+
+// Tracks the recording with this camera and keeps the best map of the wanted object. Returns null without a
+// map.
+const Map* RecordingPipeline::reconstruct(const CameraParameters& camera) {
+  kept_ = TrackedRecording();  // two maps need not be held
+  camera_ = camera;
+  attempts_ = 0;
+  recording_.features = std::make_shared<FeatureMemory>(recording_.feature_memory);
+  kept_ = track(0, nullptr);
+  if (!recording_.loaded && kept_.result.frames_total >= 2) {
+    const bool is_by_masks = exclude_background();
+    const bool is_switched = switch_to_larger_object() || switch_to_rotating_object();
+    const bool is_in_doubt = !is_confirmed(kept_.result) || fell_apart(kept_.result);
+    if (!is_by_masks && !is_switched && is_in_doubt) try_seeds(1, nullptr);
+  }
+  return kept_.result.tracked ? &kept_.tracker->map() : nullptr;
+}
+
+// Tracks until the map has so many keyframes: enough to refine the camera. Returns null without a map.
+const Map* RecordingPipeline::track_beginning(const CameraParameters& camera, int max_keyframes) {
+  kept_ = TrackedRecording();
+  kept_.attempt = kBeginning;
+  kept_.tracker = make_tracker(options_, camera, nullptr);
+  kept_.observer = observer_of_(kBeginning);
+  std::atomic<bool> has_enough{false};
+  Recording beginning = recording_;
+  beginning.features = nullptr;
+  beginning.interrupted = [&] { return has_enough || recording_.interrupted(); };
+  const auto observer = [&](int pass, std::int64_t index, const FrameReport& report) {
+    kept_.observer(pass, index, report);
+    if (report.keyframes >= max_keyframes) has_enough = true;
+  };
+  kept_.result = track_recording(beginning, observer, kept_.tracker.get());
+  return kept_.result.tracked ? &kept_.tracker->map() : nullptr;
+}
+
+TrackedRecording RecordingPipeline::track(std::int64_t first_tracked, const Masks& masks) {
+  TrackedRecording made;
+  made.attempt = attempts_++;
+  made.object_masks = masks;
+  made.tracker = make_tracker(options_, camera_, recording_.loaded);
+  if (masks) made.tracker->expect_object();
+  made.observer = observer_of_(made.attempt);
+  Recording recording = recording_;
+  recording.first_tracked = first_tracked;
+  recording.object_masks = masks;
+  made.result = track_recording(recording, made.observer, made.tracker.get());
+  return made;
+}
+
+// Tracks from these seeds, starting with first_index, until a result is confirmed. Returns whether one of the
+// results is kept.
+bool RecordingPipeline::try_seeds(std::size_t first_index, const Masks& masks) {
+  bool is_kept = false;
+  for (std::size_t i = first_index; i < limits_.seeds.size() && !recording_.interrupted(); ++i) {
+    TrackedRecording next = track(frame_at(limits_.seeds[i]), masks);
+    if (is_better(next.result, kept_.result)) {
+      kept_ = std::move(next);
+      is_kept = true;
+    }
+    if (is_confirmed(kept_.result) && !fell_apart(kept_.result)) break;
+  }
+  return is_kept;
+}
+
+// Where the tracked object is in doubt, or nothing was tracked: tests the whole recording for motion in front
+// of a static background. If there is any, the recording is tracked with masks of the moving object. Returns
+// whether a map with these masks is kept.
+bool RecordingPipeline::exclude_background() {
+  if (is_confirmed(kept_.result) || recording_.masks || !kept_.tracker->may_have_background() ||
+      recording_.interrupted())
+    return false;
+  const std::int64_t total = kept_.result.frames_total;
+  const std::int64_t step =
+      std::max<std::int64_t>(1, (total + limits_.sampled_images - 1) / limits_.sampled_images);
+  std::set<std::int64_t> sampled;
+  for (std::int64_t index = 0; index < total; index += step) sampled.insert(index);
+  std::vector<SeenImage> images;
+  read_again(recording_, kept_.result, *kept_.tracker, sampled, [&](const RecordingReader& reader) {
+    const ImageFeaturesPtr features = kept_.tracker->features_of(reader.prepared());
+    if (features) images.push_back({reader.index(), features});
+  });
+  const StaticBackground background = kept_.tracker->background_of(images);
+  if (!background.exists) return false;
+  const Masks masks = std::make_shared<ObjectMasks>(background.tracks, nullptr);
+  return !masks->are_empty() && try_seeds(0, masks);
+}
+
+// Where the map is of an object smaller than the independent motion, and no masks choose one: tracks the
+// recording again with masks of the other object. Returns whether that is larger indeed, and kept.
+bool RecordingPipeline::switch_to_larger_object() {
+  const RecordingResult& first = kept_.result;
+  if (!first.tracked || !first.maps.front().is_of_smaller_object || recording_.masks) return false;
+  const double larger_share = first.maps.front().independent_motion.share();
+  const Masks masks = masks_of_other_object(kept_);
+  for (const double seed : limits_.seeds) {
+    if (!can_track_with(masks)) return false;
+    TrackedRecording found = track(frame_at(seed), masks);
+    if (!is_right_of_its_object(found.result) || !is_most_of(found.result, first) ||
+        observations_of(found.result) < limits_.plainly_larger * observations_of(first)) {
+      continue;
+    }
+    kept_ = std::move(found);
+    report_smaller_object(1 - larger_share);
+    return true;
+  }
+  return false;
+}
+
+// Where the map is of an object that rotates less than another one: tracks the recording again with masks of
+// the independent motion, from each seed. A head and shoulders that move together for a while give a map of
+// both when it begins there. Returns whether a map of the rotating object is kept.
+bool RecordingPipeline::switch_to_rotating_object() {
+  const RecordingResult& first = kept_.result;
+  if (!is_of_other_object(first)) return false;
+  const Masks others = masks_of_other_object(kept_);
+  std::optional<TrackedRecording> best;
+  for (const double seed : limits_.seeds) {
+    const bool is_done = best && is_confirmed(best->result) && is_most_of(best->result, first);
+    if (is_done || !can_track_with(others)) break;
+    TrackedRecording found = track_most_rotating_object(frame_at(seed), others);
+    if (!is_of_rotating_object(found.result, first)) continue;
+    if (!best || is_better(found.result, best->result)) best = std::move(found);
+  }
+  if (best) kept_ = std::move(*best);
+  return best.has_value();
+}
+
+// Tracks the recording with these masks, and again with masks of the independent motion until the map is of
+// the object that rotates most.
+TrackedRecording RecordingPipeline::track_most_rotating_object(std::int64_t first_tracked, Masks masks) {
+  TrackedRecording found = track(first_tracked, masks);
+  for (int objects = 2; objects < limits_.most_objects && is_of_other_object(found.result); ++objects) {
+    masks = masks_of_other_object(found);
+    if (!can_track_with(masks)) break;
+    found = track(first_tracked, masks);
+  }
+  return found;
+}
+
+std::int64_t RecordingPipeline::frame_at(double share) const {
+  return static_cast<std::int64_t>(share * static_cast<double>(kept_.result.frames_total));
+}
+
+bool RecordingPipeline::can_track_with(const Masks& masks) const {
+  return !masks->are_empty() && !recording_.interrupted();
+}
+
+// The other object could be the wanted one. Results with these masks do not contain it.
+void RecordingPipeline::report_smaller_object(double share) {
+  if (share <= MotionSegmentationOptions().comparable) return;
+  kept_.result.maps.front().may_be_of_wrong_object = true;
+  Finding finding;
+  finding.kind = FindingKind::kOtherObject;
+  finding.text =
+      "Two rigid objects move, and the map is of the larger: " + std::to_string(std::lround(100 * share)) +
+      " % of the matches move with the other and are excluded. Mask that one if it is wanted (--masks).";
+  add_finding(std::move(finding), &kept_.result);
+}
+
+// The warnings of a refinement. A camera that was not refined is tested against the map. Evidence against the
+// camera is evidence against every map: none of them is confirmed.
+void RecordingPipeline::report_calibration() {
+  const SelfCalibration& calibration = kept_.calibration;
+  const auto report = [this](const std::string& text, bool is_disqualifying) {
+    Finding finding;
+    finding.kind = FindingKind::kCalibration;
+    finding.is_disqualifying = is_disqualifying;
+    finding.text = text;
+    add_finding(std::move(finding), &kept_.result);
+  };
+  for (const std::string& warning : calibration.warnings) report(warning, !calibration.is_near);
+  if (!kept_.result.tracked) return;
+  if (calibration.source != CalibrationSource::kRefined && !recording_.loaded) {
+    const std::optional<std::string>& known = kept_.result.calibration_doubt;
+    const std::string doubt =
+        known ? *known : doubt_of_calibration(refinement_, calibration.camera, kept_.tracker->map());
+    if (!doubt.empty()) report(doubt, true);
+  }
+  if (calibration.source == CalibrationSource::kGuessed) {
+    report(
+        "the guessed focal length is not confirmed: path and map may be distorted; calibrate the camera, or "
+        "record rotations and views from more sides",
+        true);
+  }
+}
+
+std::unique_ptr<Tracker> make_tracker(const TrackerOptions& options, const CameraParameters& camera,
+                                      const SavedMaps* loaded) {
+  auto made = std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
+  if (loaded) made->load_maps(*loaded);
+  return made;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,299 @@
+#include "pipeline/recording_result.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "common/text.h"
+#include "mapping/depth_reversal.h"
+#include "mono_pose_tracker/quality/quality_report.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+std::string name_of(std::size_t map) { return map == 0 ? "" : "map_" + std::to_string(map + 1) + ": "; }
+
+Finding finding_of(FindingKind kind, std::size_t k = 0, std::size_t n = 0) {
+  Finding finding;
+  finding.kind = kind;
+  finding.k = static_cast<int>(k);
+  finding.n = static_cast<int>(n);
+  return finding;
+}
+
+void report_other_object(FinishedMap* map) {
+  const IndependentMotion& other = map->independent_motion;
+  const auto percent = std::lround(100 * other.share());
+  Finding finding = finding_of(FindingKind::kOtherObject);
+  if (map->is_of_other_object) {
+    finding.text = formatted(
+        "Two rigid objects move, and it is not clear whether the map is of the turning one "
+        "(segmentation/body): %ld %% of the matches move with the other. Mask the one that is wanted "
+        "(--masks).",
+        percent);
+  } else if (map->is_of_smaller_object) {
+    finding.text = formatted(
+        "Two rigid objects move, and the map is of the smaller: %ld %% of the matches move "
+        "with the other. Mask the one that is wanted (--masks).",
+        percent);
+  } else if (other.is_comparable()) {
+    finding.text = formatted(
+        "A second rigid motion explains %ld %% of the matches: another object, or the near part of the map "
+        "is wrong. Mask the object that is wanted (--masks), or use segmentation/body: turning "
+        "(config/object.yaml).",
+        percent);
+  } else {
+    return;
+  }
+  map->quality.add(std::move(finding));
+}
+
+void report_background(FinishedMap* map) {
+  if (!map->shows_background) return;
+  Finding finding = finding_of(FindingKind::kStaticBackground);
+  finding.text =
+      "An object moves in front of a static background, and the map may contain both. Mask the object "
+      "(--masks).";
+  map->quality.add(std::move(finding));
+}
+
+std::string some_of(const std::vector<std::int64_t>& frames, std::size_t most) {
+  std::string numbers;
+  for (std::size_t i = 0; i < frames.size() && i < most; ++i) {
+    numbers += (i == 0 ? "" : ", ") + std::to_string(frames[i]);
+  }
+  return frames.size() > most ? numbers + ", ..." : numbers;
+}
+
+// Images located in a loaded map rest on the images of earlier runs.
+void report_uncertain_images(const RecordingFindingsOptions& options, std::set<std::int64_t> doubtful,
+                             std::size_t place, FinishedMap* map) {
+  if (!map->is_loaded()) doubtful.merge(isolated_frames(map->trajectory, options));
+  const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, doubtful);
+  if (alone.empty()) return;
+  Finding finding = finding_of(FindingKind::kUncertainImages, alone.size(), map->trajectory.size());
+  finding.images = alone;
+  finding.is_disqualifying = may_distort_path(alone.size(), map->trajectory.size(), options);
+  finding.text = name_of(place) +
+                 formatted(
+                     "The poses of %d of %d images are uncertain (%s): few landmarks, far from the predicted "
+                     "motion, or after a gap. Exclude these images where a wrong pose matters.",
+                     finding.k, finding.n, some_of(alone, options.listed_images).c_str());
+  map->quality.add(std::move(finding));
+}
+
+// A small map other than the first has too few images to be checked.
+void report_small_map(std::size_t least, std::size_t place, FinishedMap* map) {
+  if (place == 0 || map->is_loaded() || map->trajectory.size() >= least) return;
+  Finding finding = finding_of(FindingKind::kFewImages, map->trajectory.size(), least);
+  finding.text = name_of(place) +
+                 formatted("The map has only %d images; a map other than the first needs %d to be confirmed.",
+                           finding.k, finding.n);
+  map->quality.add(std::move(finding));
+}
+
+void report_several_maps(RecordingResult* result) {
+  if (result->maps.size() < 2) return;
+  Finding finding = finding_of(FindingKind::kSeveralMaps, frames_outside_first(result->maps),
+                               static_cast<std::size_t>(result->frames_total));
+  finding.is_disqualifying = false;
+  finding.text = formatted(
+      "The recording is in %zu maps that share no matches; %d images are not in the first. "
+      "Each map has its own frame and unit (map_2, ...). Record more overlap.",
+      result->maps.size(), finding.k);
+  result->maps.front().quality.add(std::move(finding));
+}
+
+// Missing images are easily overlooked in a trajectory.
+void report_unregistered(double most_share, RecordingResult* result) {
+  std::set<std::int64_t> registered;
+  for (const FinishedMap& map : result->maps) registered.merge(frames_of(map.trajectory));
+  const std::set<std::int64_t> without = frames_without_pose(registered, result->frames_total);
+  if (static_cast<double>(without.size()) <= most_share * static_cast<double>(result->frames_total)) return;
+  long run = 0, longest = 0, last = -1;
+  for (const std::int64_t frame : without) {
+    run = without.count(frame - 1) > 0 ? run + 1 : 1;
+    if (run > longest) longest = run, last = frame;
+  }
+  Finding finding = finding_of(FindingKind::kUnregisteredImages, without.size(),
+                               static_cast<std::size_t>(result->frames_total));
+  finding.images.assign(without.begin(), without.end());
+  finding.is_disqualifying = false;
+  finding.text = formatted("%d of %d images have no pose, the longest gap is from %ld to %ld: ", finding.k,
+                           finding.n, last - longest + 1, last);
+  const auto unusable = static_cast<long>(result->frames_total - result->frames_with_features);
+  if (unusable >= finding.k) {
+    finding.text += "these images have no features, or not the size of the calibration.";
+  } else if (unusable > 0) {
+    finding.text += formatted(
+        "%ld of these have no features, or not the size of the calibration; the rest are dark or blurred, or "
+        "overlap too little.",
+        unusable);
+  } else {
+    finding.text += "dark, blurred, or too little overlap with the others.";
+  }
+  result->maps.front().quality.add(std::move(finding));
+}
+
+// The cause of a gap in the first map may distort the other maps as well.
+void spread_few_images(RecordingResult* result) {
+  for (const Finding& finding : std::vector<Finding>(result->maps.front().quality.findings())) {
+    if (finding.kind != FindingKind::kFewImages) continue;
+    for (std::size_t i = 1; i < result->maps.size(); ++i) {
+      if (!result->maps[i].is_loaded()) result->maps[i].quality.add(finding);
+    }
+  }
+}
+
+// The number of images registered in the first map, times the share of the view graph's verified matches that
+// it explains: the only score by which results are compared. Edges with few matches have less weight.
+double score(const RecordingResult& result, const ResultChoiceOptions& options) {
+  const ExplainedMatches& matches = result.maps.front().explained;
+  const double per_edge =
+      matches.edges > 0 ? static_cast<double>(matches.explained) / matches.edges : options.matches_per_edge;
+  return static_cast<double>(result.trajectory.size()) * matches.share() *
+         std::min(1.0, per_edge / options.matches_per_edge);
+}
+
+std::int64_t distance_to(const std::set<std::int64_t>& registered, std::int64_t frame) {
+  std::int64_t distance = std::numeric_limits<std::int64_t>::max();
+  const auto after = registered.lower_bound(frame);
+  if (after != registered.end()) distance = *after - frame;
+  if (after != registered.begin()) distance = std::min(distance, frame - *std::prev(after));
+  return distance;
+}
+
+}  // namespace
+
+bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
+
+void add_finding(Finding finding, RecordingResult* result) {
+  result->warnings.push_back(finding.text);
+  for (FinishedMap& map : result->maps) map.quality.add(finding);
+}
+
+void add_findings(RecordingResult* result, const RecordingFindingsOptions& options) {
+  std::vector<FinishedMap>& maps = result->maps;
+  spread_few_images(result);
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    report_uncertain_images(options, result->doubtful, i, &maps[i]);
+    report_small_map(options.least_outside_first, i, &maps[i]);
+  }
+  report_other_object(&maps.front());
+  report_background(&maps.front());
+  report_several_maps(result);
+  report_unregistered(options.most_unregistered, result);
+  std::set<std::string> known;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    for (const Finding& finding : maps[i].quality.findings()) {
+      const bool is_reported = i == 0 || finding.is_disqualifying;
+      if (is_reported && known.insert(finding.text).second) result->warnings.push_back(finding.text);
+    }
+  }
+}
+
+bool is_better(const RecordingResult& result, const RecordingResult& before,
+               const ResultChoiceOptions& options) {
+  if (!result.tracked || !before.tracked) return result.tracked && !before.tracked;
+  if (is_confirmed(result) != is_confirmed(before)) {
+    return is_confirmed(result) ? is_most_of(result, before, options) : !is_most_of(before, result, options);
+  }
+  return score(result, options) > options.margin * score(before, options);
+}
+
+bool is_right_of_its_object(const RecordingResult& result) {
+  if (!result.tracked) return false;
+  const std::vector<Finding>& findings = result.maps.front().quality.findings();
+  return std::all_of(findings.begin(), findings.end(), [](const Finding& finding) {
+    return !finding.is_disqualifying || finding.kind == FindingKind::kOtherObject;
+  });
+}
+
+bool fell_apart(const RecordingResult& result) {
+  return result.maps.size() > 1 && is_narrow(result.maps.front().map);
+}
+
+bool is_most_of(const RecordingResult& result, const RecordingResult& before,
+                const ResultChoiceOptions& options) {
+  return static_cast<double>(result.trajectory.size()) >=
+         options.min_share * static_cast<double>(before.trajectory.size());
+}
+
+std::set<std::int64_t> frames_of(const std::vector<RegisteredFrame>& trajectory) {
+  std::set<std::int64_t> frames;
+  for (const RegisteredFrame& frame : trajectory) frames.insert(frame.index);
+  return frames;
+}
+
+std::set<std::int64_t> frames_without_pose(const std::set<std::int64_t>& registered,
+                                           std::int64_t frames_total) {
+  std::set<std::int64_t> without;
+  for (std::int64_t frame = 0; frame < frames_total; ++frame) {
+    if (registered.count(frame) == 0) without.insert(frame);
+  }
+  return without;
+}
+
+std::set<std::int64_t> nearest_to_registered(const std::set<std::int64_t>& frames,
+                                             const std::set<std::int64_t>& registered, std::size_t most) {
+  std::vector<std::pair<std::int64_t, std::int64_t>> by_distance;
+  by_distance.reserve(frames.size());
+  for (const std::int64_t frame : frames) by_distance.emplace_back(distance_to(registered, frame), frame);
+  std::sort(by_distance.begin(), by_distance.end());
+  if (by_distance.size() > most) by_distance.resize(most);
+  std::set<std::int64_t> nearest;
+  for (const auto& entry : by_distance) nearest.insert(entry.second);
+  return nearest;
+}
+
+std::size_t frames_outside_first(const std::vector<FinishedMap>& maps) {
+  std::set<std::int64_t> outside;
+  for (const FinishedMap& map : maps) outside.merge(frames_of(map.trajectory));
+  return maps.empty() ? 0 : outside.size() - frames_of(maps.front().trajectory).size();
+}
+
+void exclude_covered_maps(std::vector<FinishedMap>* maps) {
+  if (maps->empty()) return;
+  const std::set<std::int64_t> in_first = frames_of(maps->front().trajectory);
+  const auto is_covered = [&](const FinishedMap& map) {
+    const std::set<std::int64_t> frames = frames_of(map.trajectory);
+    return !map.is_loaded() && std::includes(in_first.begin(), in_first.end(), frames.begin(), frames.end());
+  };
+  maps->erase(std::remove_if(maps->begin() + 1, maps->end(), is_covered), maps->end());
+}
+
+std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory,
+                                       const RecordingFindingsOptions& options) {
+  const std::set<std::int64_t> registered = frames_of(trajectory);
+  std::set<std::int64_t> isolated;
+  for (const std::int64_t frame : registered) {
+    const auto views = std::distance(registered.lower_bound(frame - options.near),
+                                     registered.upper_bound(frame + options.near));
+    if (views < 3) isolated.insert(frame);
+  }
+  return isolated;
+}
+
+std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,
+                                         const std::set<std::int64_t>& doubtful) {
+  const std::set<std::int64_t> registered = frames_of(trajectory);
+  const auto is_sure = [&](std::int64_t frame) { return registered.count(frame) && !doubtful.count(frame); };
+  std::vector<std::int64_t> alone;
+  for (const std::int64_t frame : doubtful) {
+    if (registered.count(frame) && !(is_sure(frame - 1) && is_sure(frame + 1))) alone.push_back(frame);
+  }
+  return alone;
+}
+
+bool may_distort_path(std::size_t doubtful, std::size_t registered, const RecordingFindingsOptions& options) {
+  if (registered == 0) return false;
+  const auto n = static_cast<double>(registered), d = static_cast<double>(doubtful);
+  // Relative to the path, of one step for each image: root mean square over all images.
+  return d > options.most_doubtful * n ||
+         options.doubtful_steps / n * std::sqrt(d / n) > QualityOptions().max_path_sigma;
+}
+
+}  // namespace mono_pose_tracker
