@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "mapping/motion_segmentation.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "pipeline/recording_result.h"
 #include "segmentation/object_outline.h"
 
 namespace mono_pose_tracker {
@@ -38,6 +40,34 @@ class ObjectMasks {
  private:
   std::map<std::int64_t, std::vector<MotionTrack>> spans_;  // by the first image of each span
   std::shared_ptr<const ObjectMasks> within_;
+};
+
+struct ObjectOutlinesOptions {
+  std::size_t nearest_keyframes = 2;  // a single keyframe may be blurred; in more of them, landmarks at the
+                                      // rim are no longer visible
+};
+
+/// Outlines of the object of a finished recording's first map in its images, from the landmarks of the
+/// keyframes nearest to the image's viewpoint and from the independent motion.
+class ObjectOutlines {
+ public:
+  /// The result must outlive this object.
+  ObjectOutlines(const RecordingResult& result, const CameraModel& camera,
+                 const ObjectOutlinesOptions& options = {});
+
+  /// Whether an independent motion was found next to the object in at least half of the images.
+  bool have_other() const { return others_ != nullptr; }
+  /// mask: the known mask of the object, CV_8UC1, 0: background; may be empty. Returns the part of the mask
+  /// within the outline. Returns the outline alone where that part is less than half of it. Returns the mask
+  /// itself where the frame has no pose or shows too little of the object.
+  cv::Mat outlined(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& mask) const;
+
+ private:
+  const Map& map_;
+  CameraModel camera_;
+  ObjectOutlinesOptions options_;
+  std::map<std::int64_t, Rigid3> camera_from_map_;  // by frame index
+  std::shared_ptr<const ObjectMasks> others_;       // null: none
 };
 
 }  // namespace mono_pose_tracker

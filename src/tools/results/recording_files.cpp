@@ -21,7 +21,7 @@
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "tools/json.h"
-#include "pipeline/object_outlines.h"
+#include "pipeline/object_masks.h"
 
 namespace mono_pose_tracker {
 
