@@ -62,49 +62,48 @@ RecordingPipeline::RecordingPipeline(Recording recording, const TrackerOptions& 
   refinement_.loss_width = options.bundle.loss_width;
   refinement_.num_threads = options.bundle.num_threads;
   refinement_.cancel = recording_.interrupted;
+  if (recording_.loaded) given_.is_to_be_refined = false;  // the maps are of other cameras, too
+  if (!recording_.loaded && !given_.is_to_be_refined)
+    recording_.calibration_test = CalibrationTest{refinement_, given_.parameters};
 }
 
 TrackedRecording RecordingPipeline::run() {
-  SelfCalibration calibration;
-  calibration.camera = given_.parameters;
-  calibration.source = given_.source;
-  if (given_.is_to_be_refined && !recording_.loaded) {
-    // With one camera after the other, until it converges.
-    calibration = calibrate_by_tracking(
-        given_.parameters, given_.source, refinement_, [this](const CameraParameters& camera, int keyframes) {
-          return keyframes > 0 ? track_beginning(camera, keyframes) : reconstruct(camera);
-        });
+  const auto reconstruct = [this](const CameraParameters& camera, int max_keyframes) -> const Map* {
+    begin_with(camera);
+    if (max_keyframes > 0) {
+      track_beginning(max_keyframes);  // enough to refine the camera
+    } else {
+      kept_ = track(0, nullptr);  // grows, refines and judges a map, and registers the remaining images
+      if (!recording_.loaded && kept_.result.frames_total >= 2) {
+        const bool is_masked = exclude_background();
+        const bool is_switched = switch_to_larger_object() || switch_to_rotating_object();
+        if (!is_masked && !is_switched && is_in_doubt()) try_seeds(1, nullptr);
+      }
+    }
+    return kept_.result.tracked ? &kept_.tracker->map() : nullptr;
+  };
+  if (given_.is_to_be_refined) {
+    kept_.calibration = calibrate_by_tracking(given_.parameters, given_.source, refinement_, reconstruct);
   } else {
-    if (!recording_.loaded) recording_.calibration_test = CalibrationTest{refinement_, given_.parameters};
-    reconstruct(given_.parameters);
+    reconstruct(given_.parameters, 0);
+    kept_.calibration.camera = given_.parameters;
+    kept_.calibration.source = given_.source;
   }
-  kept_.calibration = std::move(calibration);
   report_calibration();
   return std::move(kept_);
 }
 
-// Tracks the recording with this camera and keeps the best map of the wanted object. Returns null without a
-// map.
-const Map* RecordingPipeline::reconstruct(const CameraParameters& camera) {
+void RecordingPipeline::begin_with(const CameraParameters& camera) {
   kept_ = TrackedRecording();  // two maps need not be held
   camera_ = camera;
   attempts_ = 0;
   recording_.features = std::make_shared<FeatureMemory>(recording_.feature_memory);
-  kept_ = track(0, nullptr);
-  if (!recording_.loaded && kept_.result.frames_total >= 2) {
-    const bool is_by_masks = exclude_background();
-    const bool is_switched = switch_to_larger_object() || switch_to_rotating_object();
-    const bool is_in_doubt = !is_confirmed(kept_.result) || fell_apart(kept_.result);
-    if (!is_by_masks && !is_switched && is_in_doubt) try_seeds(1, nullptr);
-  }
-  return kept_.result.tracked ? &kept_.tracker->map() : nullptr;
 }
 
-// Tracks until the map has so many keyframes: enough to refine the camera. Returns null without a map.
-const Map* RecordingPipeline::track_beginning(const CameraParameters& camera, int max_keyframes) {
-  kept_ = TrackedRecording();
+// Tracks until the map has so many keyframes.
+void RecordingPipeline::track_beginning(int max_keyframes) {
   kept_.attempt = kBeginning;
-  kept_.tracker = make_tracker(options_, camera, nullptr);
+  kept_.tracker = make_tracker(options_, camera_, nullptr);
   kept_.observer = observer_of_(kBeginning);
   std::atomic<bool> has_enough{false};
   Recording beginning = recording_;
@@ -115,7 +114,6 @@ const Map* RecordingPipeline::track_beginning(const CameraParameters& camera, in
     if (report.keyframes >= max_keyframes) has_enough = true;
   };
   kept_.result = track_recording(beginning, observer, kept_.tracker.get());
-  return kept_.result.tracked ? &kept_.tracker->map() : nullptr;
 }
 
 TrackedRecording RecordingPipeline::track(std::int64_t first_tracked, const Masks& masks) {
@@ -142,7 +140,7 @@ bool RecordingPipeline::try_seeds(std::size_t first_index, const Masks& masks) {
       kept_ = std::move(next);
       is_kept = true;
     }
-    if (is_confirmed(kept_.result) && !fell_apart(kept_.result)) break;
+    if (!is_in_doubt()) break;
   }
   return is_kept;
 }
@@ -222,6 +220,10 @@ TrackedRecording RecordingPipeline::track_most_rotating_object(std::int64_t firs
   return found;
 }
 
+bool RecordingPipeline::is_in_doubt() const {
+  return !is_confirmed(kept_.result) || fell_apart(kept_.result);
+}
+
 std::int64_t RecordingPipeline::frame_at(double share) const {
   return static_cast<std::int64_t>(share * static_cast<double>(kept_.result.frames_total));
 }
@@ -234,24 +236,18 @@ bool RecordingPipeline::can_track_with(const Masks& masks) const {
 void RecordingPipeline::report_smaller_object(double share) {
   if (share <= MotionSegmentationOptions().comparable) return;
   kept_.result.maps.front().may_be_of_wrong_object = true;
-  Finding finding;
-  finding.kind = FindingKind::kOtherObject;
-  finding.text =
+  const std::string text =
       "Two rigid objects move, and the map is of the larger: " + std::to_string(std::lround(100 * share)) +
       " % of the matches move with the other and are excluded. Mask that one if it is wanted (--masks).";
-  add_finding(std::move(finding), &kept_.result);
+  add_finding(FindingKind::kOtherObject, text, true, &kept_.result);
 }
 
 // The warnings of a refinement. A camera that was not refined is tested against the map. Evidence against the
 // camera is evidence against every map: none of them is confirmed.
 void RecordingPipeline::report_calibration() {
   const SelfCalibration& calibration = kept_.calibration;
-  const auto report = [this](const std::string& text, bool is_disqualifying) {
-    Finding finding;
-    finding.kind = FindingKind::kCalibration;
-    finding.is_disqualifying = is_disqualifying;
-    finding.text = text;
-    add_finding(std::move(finding), &kept_.result);
+  const auto report = [this](const std::string& text, bool is_disqualifying = true) {
+    add_finding(FindingKind::kCalibration, text, is_disqualifying, &kept_.result);
   };
   for (const std::string& warning : calibration.warnings) report(warning, !calibration.is_near);
   if (!kept_.result.tracked) return;
@@ -259,13 +255,12 @@ void RecordingPipeline::report_calibration() {
     const std::optional<std::string>& known = kept_.result.calibration_doubt;
     const std::string doubt =
         known ? *known : doubt_of_calibration(refinement_, calibration.camera, kept_.tracker->map());
-    if (!doubt.empty()) report(doubt, true);
+    if (!doubt.empty()) report(doubt);
   }
   if (calibration.source == CalibrationSource::kGuessed) {
     report(
         "the guessed focal length is not confirmed: path and map may be distorted; calibrate the camera, or "
-        "record rotations and views from more sides",
-        true);
+        "record rotations and views from more sides");
   }
 }
 

@@ -60,14 +60,15 @@ class RecordingPipeline {
  private:
   using Masks = std::shared_ptr<const ObjectMasks>;
 
-  const Map* reconstruct(const CameraParameters& camera);
-  const Map* track_beginning(const CameraParameters& camera, int max_keyframes);
+  void begin_with(const CameraParameters& camera);
+  void track_beginning(int max_keyframes);
   TrackedRecording track(std::int64_t first_tracked, const Masks& masks);
   bool try_seeds(std::size_t first_index, const Masks& masks);
   bool exclude_background();
   bool switch_to_larger_object();
   bool switch_to_rotating_object();
   TrackedRecording track_most_rotating_object(std::int64_t first_tracked, Masks masks);
+  bool is_in_doubt() const;
   std::int64_t frame_at(double share) const;
   bool can_track_with(const Masks& masks) const;
   void report_smaller_object(double share);
@@ -75,7 +76,7 @@ class RecordingPipeline {
 
   Recording recording_;
   const TrackerOptions options_;
-  const RecordingCamera given_;
+  RecordingCamera given_;
   const ObserverOfAttempt observer_of_;
   const RecordingPipelineOptions limits_;
   CameraRefinementOptions refinement_;

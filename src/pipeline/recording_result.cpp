@@ -170,8 +170,11 @@ std::int64_t distance_to(const std::set<std::int64_t>& registered, std::int64_t 
 
 bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
 
-void add_finding(Finding finding, RecordingResult* result) {
-  result->warnings.push_back(finding.text);
+void add_finding(FindingKind kind, const std::string& text, bool is_disqualifying, RecordingResult* result) {
+  Finding finding = finding_of(kind);
+  finding.text = text;
+  finding.is_disqualifying = is_disqualifying;
+  result->warnings.push_back(text);
   for (FinishedMap& map : result->maps) map.quality.add(finding);
 }
 

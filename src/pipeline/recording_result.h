@@ -40,7 +40,7 @@ struct RecordingResult {
 bool is_confirmed(const RecordingResult& result);
 
 /// A finding about all maps of the result, such as one about the calibration; it becomes a warning.
-void add_finding(Finding finding, RecordingResult* result);
+void add_finding(FindingKind kind, const std::string& text, bool is_disqualifying, RecordingResult* result);
 
 struct RecordingFindingsOptions {
   /// Images of a map other than the first; one with fewer is not confirmed. The reason for its separation is
@@ -51,8 +51,8 @@ struct RecordingFindingsOptions {
                                    // blurred images
   std::size_t listed_images = 10;  // in a message
   double doubtful_steps = 3;       // error of a doubtful pose, in steps between images. An estimate: measured
-                              // wrong poses had one to three
-  double most_doubtful = 0.25;  // share of all frames: consecutive doubtful poses propagate their error
+                                   // wrong poses had one to three
+  double most_doubtful = 0.25;     // share of all frames: consecutive doubtful poses propagate their error
   std::int64_t near = 4;  // images before and after, of which two others confirm a pose; half of them may be
                           // blurred
 };
