@@ -21,11 +21,6 @@ std::vector<MotionTrack> outvoted(const std::vector<MotionTrack>& tracks, std::s
   return smooth;
 }
 
-bool show_both(const std::vector<MotionTrack>& tracks, int min_features) {
-  const auto others = std::count_if(tracks.begin(), tracks.end(), [](const auto& t) { return t.is_other; });
-  return others >= min_features;
-}
-
 // Landmarks of the nearest keyframes.
 std::set<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map,
                                     std::size_t keyframes) {
@@ -54,7 +49,9 @@ ObjectMasks::ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr
   for (const MotionTrack& track : tracks) spans_[track.from_index].push_back(track);
   for (auto span = spans_.begin(); span != spans_.end();) {
     span->second = outvoted(span->second, options.voters);
-    span = show_both(span->second, options.min_features) ? std::next(span) : spans_.erase(span);
+    const auto others = std::count_if(span->second.begin(), span->second.end(),
+                                      [](const MotionTrack& track) { return track.is_other; });
+    span = others >= options.min_features ? std::next(span) : spans_.erase(span);
   }
 }
 

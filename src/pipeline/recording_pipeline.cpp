@@ -116,7 +116,8 @@ void RecordingPipeline::track_beginning(int max_keyframes) {
   kept_.result = track_recording(beginning, observer, kept_.tracker.get());
 }
 
-TrackedRecording RecordingPipeline::track(std::int64_t first_tracked, const Masks& masks) {
+// Tracks from this share of the recording on; the images before are registered in the end.
+TrackedRecording RecordingPipeline::track(double seed, const Masks& masks) {
   TrackedRecording made;
   made.attempt = attempts_++;
   made.object_masks = masks;
@@ -124,7 +125,7 @@ TrackedRecording RecordingPipeline::track(std::int64_t first_tracked, const Mask
   if (masks) made.tracker->expect_object();
   made.observer = observer_of_(made.attempt);
   Recording recording = recording_;
-  recording.first_tracked = first_tracked;
+  recording.first_tracked = static_cast<std::int64_t>(seed * static_cast<double>(kept_.result.frames_total));
   recording.object_masks = masks;
   made.result = track_recording(recording, made.observer, made.tracker.get());
   return made;
@@ -135,7 +136,7 @@ TrackedRecording RecordingPipeline::track(std::int64_t first_tracked, const Mask
 bool RecordingPipeline::try_seeds(std::size_t first_index, const Masks& masks) {
   bool is_kept = false;
   for (std::size_t i = first_index; i < limits_.seeds.size() && !recording_.interrupted(); ++i) {
-    TrackedRecording next = track(frame_at(limits_.seeds[i]), masks);
+    TrackedRecording next = track(limits_.seeds[i], masks);
     if (is_better(next.result, kept_.result)) {
       kept_ = std::move(next);
       is_kept = true;
@@ -177,7 +178,7 @@ bool RecordingPipeline::switch_to_larger_object() {
   const Masks masks = masks_of_other_object(kept_);
   for (const double seed : limits_.seeds) {
     if (!can_track_with(masks)) return false;
-    TrackedRecording found = track(frame_at(seed), masks);
+    TrackedRecording found = track(seed, masks);
     if (!is_right_of_its_object(found.result) || !is_most_of(found.result, first) ||
         observations_of(found.result) < limits_.plainly_larger * observations_of(first)) {
       continue;
@@ -200,7 +201,7 @@ bool RecordingPipeline::switch_to_rotating_object() {
   for (const double seed : limits_.seeds) {
     const bool is_done = best && is_confirmed(best->result) && is_most_of(best->result, first);
     if (is_done || !can_track_with(others)) break;
-    TrackedRecording found = track_most_rotating_object(frame_at(seed), others);
+    TrackedRecording found = track_most_rotating_object(seed, others);
     if (!is_of_rotating_object(found.result, first)) continue;
     if (!best || is_better(found.result, best->result)) best = std::move(found);
   }
@@ -210,22 +211,18 @@ bool RecordingPipeline::switch_to_rotating_object() {
 
 // Tracks the recording with these masks, and again with masks of the independent motion until the map is of
 // the object that rotates most.
-TrackedRecording RecordingPipeline::track_most_rotating_object(std::int64_t first_tracked, Masks masks) {
-  TrackedRecording found = track(first_tracked, masks);
+TrackedRecording RecordingPipeline::track_most_rotating_object(double seed, Masks masks) {
+  TrackedRecording found = track(seed, masks);
   for (int objects = 2; objects < limits_.most_objects && is_of_other_object(found.result); ++objects) {
     masks = masks_of_other_object(found);
     if (!can_track_with(masks)) break;
-    found = track(first_tracked, masks);
+    found = track(seed, masks);
   }
   return found;
 }
 
 bool RecordingPipeline::is_in_doubt() const {
   return !is_confirmed(kept_.result) || fell_apart(kept_.result);
-}
-
-std::int64_t RecordingPipeline::frame_at(double share) const {
-  return static_cast<std::int64_t>(share * static_cast<double>(kept_.result.frames_total));
 }
 
 bool RecordingPipeline::can_track_with(const Masks& masks) const {

@@ -62,14 +62,13 @@ class RecordingPipeline {
 
   void begin_with(const CameraParameters& camera);
   void track_beginning(int max_keyframes);
-  TrackedRecording track(std::int64_t first_tracked, const Masks& masks);
+  TrackedRecording track(double seed, const Masks& masks);
   bool try_seeds(std::size_t first_index, const Masks& masks);
   bool exclude_background();
   bool switch_to_larger_object();
   bool switch_to_rotating_object();
-  TrackedRecording track_most_rotating_object(std::int64_t first_tracked, Masks masks);
+  TrackedRecording track_most_rotating_object(double seed, Masks masks);
   bool is_in_doubt() const;
-  std::int64_t frame_at(double share) const;
   bool can_track_with(const Masks& masks) const;
   void report_smaller_object(double share);
   void report_calibration();

@@ -95,9 +95,16 @@ void report_small_map(std::size_t least, std::size_t place, FinishedMap* map) {
   map->quality.add(std::move(finding));
 }
 
+std::set<std::int64_t> registered_frames(const std::vector<FinishedMap>& maps) {
+  std::set<std::int64_t> registered;
+  for (const FinishedMap& map : maps) registered.merge(frames_of(map.trajectory));
+  return registered;
+}
+
 void report_several_maps(RecordingResult* result) {
   if (result->maps.size() < 2) return;
-  Finding finding = finding_of(FindingKind::kSeveralMaps, frames_outside_first(result->maps),
+  const std::size_t in_first = frames_of(result->maps.front().trajectory).size();
+  Finding finding = finding_of(FindingKind::kSeveralMaps, registered_frames(result->maps).size() - in_first,
                                static_cast<std::size_t>(result->frames_total));
   finding.is_disqualifying = false;
   finding.text = formatted(
@@ -109,9 +116,8 @@ void report_several_maps(RecordingResult* result) {
 
 // Missing images are easily overlooked in a trajectory.
 void report_unregistered(double most_share, RecordingResult* result) {
-  std::set<std::int64_t> registered;
-  for (const FinishedMap& map : result->maps) registered.merge(frames_of(map.trajectory));
-  const std::set<std::int64_t> without = frames_without_pose(registered, result->frames_total);
+  const std::set<std::int64_t> without =
+      frames_without_pose(registered_frames(result->maps), result->frames_total);
   if (static_cast<double>(without.size()) <= most_share * static_cast<double>(result->frames_total)) return;
   long run = 0, longest = 0, last = -1;
   for (const std::int64_t frame : without) {
@@ -250,12 +256,6 @@ std::set<std::int64_t> nearest_to_registered(const std::set<std::int64_t>& frame
   std::set<std::int64_t> nearest;
   for (const auto& entry : by_distance) nearest.insert(entry.second);
   return nearest;
-}
-
-std::size_t frames_outside_first(const std::vector<FinishedMap>& maps) {
-  std::set<std::int64_t> outside;
-  for (const FinishedMap& map : maps) outside.merge(frames_of(map.trajectory));
-  return maps.empty() ? 0 : outside.size() - frames_of(maps.front().trajectory).size();
 }
 
 void exclude_covered_maps(std::vector<FinishedMap>* maps) {

@@ -96,9 +96,6 @@ std::set<std::int64_t> frames_without_pose(const std::set<std::int64_t>& registe
 std::set<std::int64_t> nearest_to_registered(const std::set<std::int64_t>& frames,
                                              const std::set<std::int64_t>& registered, std::size_t most);
 
-/// Number of frames with a pose in any map but the first.
-std::size_t frames_outside_first(const std::vector<FinishedMap>& maps);
-
 /// Removes maps that were begun while the camera was lost and whose frames all have a pose in the first map.
 /// Loaded maps stay.
 void exclude_covered_maps(std::vector<FinishedMap>* maps);

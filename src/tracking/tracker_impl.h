@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bootstrap_job.h"
+#include "feature_memory.h"
 #include "frame_maker.h"
 #include "innovation_gate.h"
 #include "keyframe_policy.h"
@@ -20,7 +21,6 @@
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
 #include "object_follower.h"
-#include "seen_images.h"
 #include "tracking/finished_map.h"
 #include "tracking/frame_registrar.h"
 #include "tracking/map_snapshot.h"
