@@ -69,10 +69,13 @@ std::string some_of(const std::vector<std::int64_t>& frames, std::size_t most) {
 }
 
 // Images located in a loaded map rest on the images of earlier runs.
-void report_uncertain_images(const RecordingFindingsOptions& options, std::set<std::int64_t> doubtful,
+void report_uncertain_images(const RecordingFindingsOptions& options, const std::set<std::int64_t>& doubtful,
                              std::size_t place, FinishedMap* map) {
-  if (!map->is_loaded()) doubtful.merge(isolated_frames(map->trajectory, options));
-  const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, doubtful);
+  if (!map->is_loaded()) map->doubtful = isolated_frames(map->trajectory, options);
+  for (const RegisteredFrame& frame : map->trajectory) {
+    if (doubtful.count(frame.index) > 0) map->doubtful.insert(frame.index);
+  }
+  const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, map->doubtful);
   if (alone.empty()) return;
   Finding finding = finding_of(FindingKind::kUncertainImages, alone.size(), map->trajectory.size());
   finding.images = alone;
@@ -182,6 +185,12 @@ void add_finding(FindingKind kind, const std::string& text, bool is_disqualifyin
   finding.is_disqualifying = is_disqualifying;
   result->warnings.push_back(text);
   for (FinishedMap& map : result->maps) map.quality.add(finding);
+}
+
+std::set<std::int64_t> doubtful_frames(const RecordingResult& result) {
+  std::set<std::int64_t> doubtful = result.doubtful;
+  for (const FinishedMap& map : result.maps) doubtful.insert(map.doubtful.begin(), map.doubtful.end());
+  return doubtful;
 }
 
 void add_findings(RecordingResult* result, const RecordingFindingsOptions& options) {

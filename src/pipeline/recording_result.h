@@ -31,7 +31,7 @@ struct RecordingResult {
   std::vector<FinishedMap> maps;
   std::vector<ClosedLoop> loops;  // in any of the maps
   std::int64_t frames_posed_live = 0;
-  std::set<std::int64_t> doubtful;  // frames of these: DOUBTFUL_POSE
+  std::set<std::int64_t> doubtful;  // frames of these: DOUBTFUL_POSE; FinishedMap has those of each map
   int failed_adjustments = 0;       // rejected bundle adjustments
   std::map<std::string, std::vector<double>> stage_ms;
 };
@@ -91,6 +91,9 @@ std::set<std::int64_t> frames_of(const std::vector<RegisteredFrame>& trajectory)
 /// The frames of a recording of this length that are not in `registered`.
 std::set<std::int64_t> frames_without_pose(const std::set<std::int64_t>& registered,
                                            std::int64_t frames_total);
+
+/// Frames that are doubtful in the result or in one of its maps.
+std::set<std::int64_t> doubtful_frames(const RecordingResult& result);
 
 /// At most `most` of the frames: those nearest to a registered one; of equals, the earlier ones.
 std::set<std::int64_t> nearest_to_registered(const std::set<std::int64_t>& frames,

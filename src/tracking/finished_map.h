@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "map/frame_poses.h"
@@ -17,6 +18,8 @@ namespace mono_pose_tracker {
 struct FinishedMap {
   std::uint32_t id = 0;
   std::vector<RegisteredFrame> trajectory;
+  /// Frames of the trajectory with an uncertain pose: DOUBTFUL_POSE, or no third image near them confirms it.
+  std::set<std::int64_t> doubtful;
   RegisteredLandmarks registered;  // landmarks by which the images of the trajectory were registered
   Map map;
   PathPrecision precision;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <initializer_list>
+#include <numeric>
 #include <set>
 #include <vector>
 
@@ -121,6 +122,30 @@ TEST(DoubtfulFrames, FramesThatNoThirdViewConfirmsAreIsolated) {
             (std::set<std::int64_t>{9, 15, 16}));
   EXPECT_EQ(isolated_frames(registered({0, 1, 9, 10, 11})), (std::set<std::int64_t>{0, 1}));
   EXPECT_TRUE(isolated_frames(registered({3, 5, 7, 9})).empty()) << "every second image is blurred";
+}
+
+// The finding, the overview page and report.json name the same images.
+TEST(DoubtfulFrames, IsolatedFramesAreInTheSetThatEverybodyUses) {
+  std::vector<std::int64_t> frames(60);
+  std::iota(frames.begin(), frames.end(), 0);
+  frames.push_back(80);
+  RecordingResult result;
+  result.maps.resize(2);
+  result.maps[0].trajectory = registered(frames);
+  result.maps[1].trajectory = registered({78, 79, 80, 81});
+  result.doubtful = {10, 59, 70};
+  result.frames_total = 82;
+  add_findings(&result);
+  EXPECT_EQ(result.maps[0].doubtful, (std::set<std::int64_t>{10, 59, 80}));
+  EXPECT_TRUE(result.maps[1].doubtful.empty()) << "others are near it in this map";
+  EXPECT_EQ(doubtful_frames(result), (std::set<std::int64_t>{10, 59, 70, 80}));
+  const std::vector<Finding>& findings = result.maps[0].quality.findings();
+  ASSERT_GE(findings.size(), 2u);
+  EXPECT_EQ(findings[0].kind, FindingKind::kUncertainImages);
+  EXPECT_EQ(findings[0].images, (std::vector<std::int64_t>{59, 80}));
+  EXPECT_FALSE(findings[0].is_disqualifying);
+  ASSERT_EQ(findings[1].kind, FindingKind::kSeveralMaps);
+  EXPECT_EQ(findings[1].k, 3) << "78, 79 and 81 are not in the first map";
 }
 
 // One of six may distort half of the path; a few of a hundred hardly matter.

@@ -141,7 +141,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
                {"frames_total", result.frames_total},
                {"frames_posed", result.trajectory.size()},
                {"frames_posed_live", result.frames_posed_live},
-               {"frames_doubtful", result.doubtful.size()},
+               {"frames_doubtful", doubtful_frames(result).size()},
                {"failed_adjustments", result.failed_adjustments},
                {"keyframes", map.keyframes().size()},
                {"points", map.landmarks().size()},

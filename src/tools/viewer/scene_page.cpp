@@ -293,8 +293,8 @@ ScenePage recording_page(const RecordingResult& result, const FinishedMap& map,
     image.is_keyframe = keyframe != keyframes.end();
     image.inliers = image.is_keyframe ? keyframe->second : notes.inliers(frame.index);
     image.state = SceneImage::State::kRegistered;
+    if (map.doubtful.count(frame.index) > 0) image.state = SceneImage::State::kUncertain;
     if (result.doubtful.count(frame.index) > 0) {
-      image.state = SceneImage::State::kUncertain;
       const std::string reason = notes.reason(frame.index);
       image.notes.push_back(reason.empty() ? "its pose is uncertain (DOUBTFUL_POSE)" : reason);
     }
