@@ -19,7 +19,7 @@ struct GraphConsistencyOptions {
                                   // verified match
   double min_supported = 0.8;     // share of the matches over a cut that poses and landmarks must explain;
                                   // in (0, 1). Right ones usually have 0.9 or more
-  int max_rounds = 5;             // of the global refinement (Mapper::refine_with_graph)
+  int max_rounds = 5;             // of the global refinement (GlobalRefiner::refine)
 };
 
 /// How a map explains an edge of the view graph. Only matches with a landmark on either side count, and of

@@ -51,6 +51,15 @@ inline std::vector<LandmarkId> landmarks_observed_by(const Map& map,
   return seen;
 }
 
+// At most `count` keyframes that share landmarks with this one, most shared landmarks first.
+inline std::vector<KeyframeId> neighbors(const Map& map, KeyframeId id, int count) {
+  std::vector<KeyframeId> result;
+  for (const auto& [other, shared] : map.covisible(id)) {
+    if (static_cast<int>(result.size()) < count) result.push_back(other);
+  }
+  return result;
+}
+
 // The keyframes in the order of time. The ids of a merged map are in another order.
 inline std::vector<const Keyframe*> keyframes_in_time(const Map& map) {
   std::vector<const Keyframe*> in_time;

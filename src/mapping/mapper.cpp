@@ -1,24 +1,16 @@
 #include "mapping/mapper.h"
 
 #include <algorithm>
-#include <limits>
-#include <set>
+#include <iterator>
 #include <utility>
 
-#include "common/rotation.h"
 #include "common/statistics.h"
-#include "cross_view_matcher.h"
-#include "epipolar_matcher.h"
-#include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
-#include "keyframe_places.h"
-#include "known_baseline.h"
 #include "mapping/depth_reversal.h"
 #include "mapping/in_view.h"
+#include "mapping/map_covariances.h"
 #include "mapping/planar_ambiguity.h"
-#include "mapping/projection_matcher.h"
 #include "optimization/map_adjustment.h"
-#include "unobserved_landmarks.h"
 
 namespace mono_pose_tracker {
 
@@ -37,239 +29,140 @@ bool was_corrected(const MapperOptions& options, const MapperLimits& limits, Map
 // degrees or so, up to sixty, where a reversal fits plainly worse. Each test takes several adjustments.
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
-}  // namespace
-
-std::vector<KeyframeId> Mapper::neighbors(KeyframeId id, int count) const {
-  std::vector<KeyframeId> result;
-  for (const auto& [other, shared] : map_.covisible(id)) {
-    if (static_cast<int>(result.size()) < count) result.push_back(other);
-  }
-  return result;
+Sim3 scaled_by(double factor) {
+  return Sim3(factor, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
 }
 
+}  // namespace
+
 void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
-  inactive_.clear();
+  atlas_.clear();
   view_graph_.reset();
   begin(initial, epoch);
 }
 
 void Mapper::begin_additional(const InitialMap& initial, std::uint32_t epoch) {
-  keep_present();
-  cap_inactive_maps();
+  atlas_.keep_present();
+  atlas_.cap_inactive(static_cast<std::size_t>(options_.mapping.max_keyframes));
   begin(initial, epoch);
 }
 
 // The state of one map does not apply to another.
-void Mapper::reset_map_state() {
-  const std::uint64_t ticket = map_state_.ticket + 1;
-  map_state_ = MapState(options_, camera_, limits_.loops);
-  map_state_.ticket = ticket;
-  covariances_ = KeyframeCovariances();
+void Mapper::reset_state() {
+  state_ = State(options_, camera_, limits_.loops);
+  background_ = {false, false, background_.ticket + 1, nullptr};
 }
 
 void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
-  map_ = Map();
-  places_ = std::make_shared<KeyframePlaces>();
-  reset_map_state();
-  unit_ = {};
+  reset_state();
   epoch_ = epoch;
-  map_id_ = epoch + 1;
+  auto& [id, map, places, covariances, unit, motions] = atlas_.begin(epoch + 1, options_);
   std::vector<KeyframeId> ids;
   for (const InitialMap::View& view : initial.views) {
     ids.push_back(
-        map_.add_keyframe(view.frame.index, view.frame.stamp_ns, view.camera_from_map, view.frame.image));
-    if (view.frame.unmasked) map_state_.unmasked[ids.back()] = view.frame.unmasked;
+        map.add_keyframe(view.frame.index, view.frame.stamp_ns, view.camera_from_map, view.frame.image));
+    motions.add(ids.back(), view.frame);
   }
-  watch_static_background(initial);
+  motions.begin(options_, initial);
   std::vector<double> distances;
   for (const InitialMap::Point& point : initial.points) {
-    const LandmarkId l = map_.add_landmark(point.x_in_map);
-    for (const auto& [view, feature] : point.observations) map_.add_observation(l, ids[view], feature);
+    const LandmarkId l = map.add_landmark(point.x_in_map);
+    for (const auto& [view, feature] : point.observations) map.add_observation(l, ids[view], feature);
     distances.push_back((initial.views[0].camera_from_map * point.x_in_map).norm());
   }
   const double wanted = options_.scale.initial_median_depth;
-  map_.rescale((wanted > 0 ? wanted : 1) / median(distances));
-  if (wanted > 0) map_.set_scale_source(ScaleSource::kInitialMedianDepth);
+  map.rescale((wanted > 0 ? wanted : 1) / median(distances));
+  if (wanted > 0) map.set_scale_source(ScaleSource::kInitialMedianDepth);
   {
     const StageTimer timer(stages_, "map_match");
-    for (const KeyframeId id : ids) separate_motions(id);
+    for (const KeyframeId k : ids) motions.separate(options_, limits_.motion_partners, k, &map);
     for (std::size_t v = 0; v < ids.size(); ++v) {
-      if (!initial.views[v].fixed.empty()) exclude(ids[v], initial.views[v].fixed);
-      exclude_static_overlay(ids[v]);
+      if (!initial.views[v].fixed.empty()) motions.exclude(ids[v], initial.views[v].fixed, &map);
+      motions.exclude_static_overlay(options_, limits_.overlay, ids[v], &map);
     }
-    for (const KeyframeId id : ids) {
-      const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-      create_landmarks(id, near);
-    }
+    for (const KeyframeId k : ids)
+      extender().create_landmarks(k, neighbors(map, k, options_.mapping.matching_keyframes));
   }
   adjust_window(ids.back(), 0);
-  set_scale(initial, ids);
+  const ScaleSource source = unit.begin(initial, ids, options_.scale);
+  if (const auto metres = unit.metres(source, options_.scale, limits_, map)) {
+    map.rescale(*metres);
+    scale_covariances([&, factor = *metres](KeyframeId) { return factor; }, &covariances);
+    map.set_scale_source(source);
+  }
   publish();
 }
 
 void Mapper::restore(Map map, std::uint32_t epoch) {
-  inactive_.clear();
+  atlas_.clear();
   view_graph_.reset();
-  map_ = Map();
   restore_additional(std::move(map), epoch);
 }
 
 void Mapper::restore_additional(Map map, std::uint32_t epoch) {
-  keep_present();
-  map_ = std::move(map);
-  places_ = std::make_shared<KeyframePlaces>();
-  reset_map_state();
-  unit_ = {};
-  find_covariances();
+  atlas_.keep_present();
+  reset_state();
   epoch_ = epoch;
-  map_id_ = epoch + 1;
+  AtlasMap& restored = atlas_.begin(epoch + 1, options_);
+  restored.map = std::move(map);
+  restored.covariances = find_covariances(options_, limits_, restored.map);
   publish();
+}
+
+bool Mapper::resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch) {
+  epoch_ = epoch;
+  const bool is_present = map_id == present().id && !map().keyframes().empty();
+  const bool has_switched = !is_present && atlas_.resume(map_id, keep_present, options_);
+  if (has_switched) {
+    reset_state();
+    state_.merged_up_to = map().keyframes().rbegin()->first;  // up to the last adjustment, approximately
+  } else {
+    drop_background_job();  // it belongs to another epoch
+  }
+  publish();
+  return is_present || has_switched;
 }
 
 void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   KeyframeCandidate candidate = candidate_as_sent;
+  AtlasMap& present = this->present();
+  Map& map = present.map;
   Rigid3 reference_from_map;
-  if (!bring_up_to_date(&candidate) || candidate.map_id != map_id_ ||
-      !map_.camera_from_map(candidate.reference, &reference_from_map))
+  if (!atlas_.bring_up_to_date(&candidate) || candidate.map_id != present.id ||
+      !map.camera_from_map(candidate.reference, &reference_from_map))
     return;
-  forget_old_corrections();
-  const KeyframeId id =
-      map_.add_keyframe(candidate.frame.index, candidate.frame.stamp_ns,
-                        candidate.camera_from_reference * reference_from_map, candidate.frame.image);
-  if (candidate.frame.unmasked) map_state_.unmasked[id] = candidate.frame.unmasked;
-  for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
+  atlas_.forget_old_corrections(limits_.kept_corrections);
+  const Frame& frame = candidate.frame;
+  const KeyframeId id = map.add_keyframe(frame.index, frame.stamp_ns,
+                                         candidate.camera_from_reference * reference_from_map, frame.image);
+  present.motions.add(id, frame);
+  for (const FrameObservation& o : candidate.observations) map.add_observation(o.landmark, id, o.feature);
   match(id);
   adjust_window(id, waiting);
   correct_beginning();
   cull_young_landmarks(id);
   cull_keyframes(id);
   cap_keyframes(id);
-  scale_by_marker(id, candidate.frame.marker);
-  watch_static_background(candidate);
-  if (waiting == 0) watch_map_object();
-  if (waiting == 0 && !is_cancelled()) join_where_aligned(map_.keyframes().rbegin()->first);
+  scale_by_marker(id, frame.marker);
+  present.motions.watch_background(options_, frame, map, &stages_);
+  if (waiting == 0) present.motions.watch_object(options_, map);
+  if (waiting == 0 && !is_cancelled()) join_where_aligned(map.keyframes().rbegin()->first);
   publish();
 }
 
 // Guided matching in both directions.
 void Mapper::match(KeyframeId id) {
   const StageTimer timer(stages_, "map_match");
-  separate_motions(id);
-  exclude_static_overlay(id);
-  const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
+  Map& map = present().map;
+  present().motions.separate(options_, limits_.motion_partners, id, &map);
+  present().motions.exclude_static_overlay(options_, limits_.overlay, id, &map);
+  const std::vector<KeyframeId> near = neighbors(map, id, options_.mapping.matching_keyframes);
   SimilarKeyframes unknown;
-  fuse(id, within_reach(id, &unknown));
-  create_landmarks(id, near);
+  extender().extend(id, extender().within_reach(id, limits_.large_map, *present().places, &unknown));
+  extender().create_landmarks(id, near);
   for (const KeyframeId n : near) {
     if (is_cancelled()) break;
-    fuse(n, landmarks_of(*map_.keyframe(id)));
-  }
-}
-
-// Tested several times while the map is young, as the evidence grows with the rotation, and once at each
-// size. Culling may bring a map to the same size more than once.
-void Mapper::correct_beginning() {
-  const std::size_t keyframes = map_.keyframes().size();
-  if (keyframes <= map_state_.asked_at || !is_due(keyframes) || is_cancelled()) return;
-  map_state_.asked_at = keyframes;
-  if (was_corrected(options_, limits_, &map_)) report_corrected_beginning();
-  renew_scale(limits_.reported_unit_change);
-}
-
-void Mapper::report_corrected_beginning() {
-  drop_background_job();  // it works on the map before the change
-  find_covariances();
-  MapCorrection correction;
-  correction.of_map = correction.into_map = map_id_;
-  correction.other_geometry = true;
-  add_correction(std::move(correction));
-}
-
-// Landmarks that may be in view of a keyframe; nothing: all. In a large map: landmarks of keyframes connected
-// to it directly or by one between, and of similar keyframes.
-std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, SimilarKeyframes* known) const {
-  const std::size_t keyframes = map_.keyframes().size();
-  if (keyframes <= limits_.large_map) return std::nullopt;
-  const std::vector<KeyframeId> direct = neighbors(id, std::numeric_limits<int>::max());
-  if (2 * direct.size() > keyframes) return std::nullopt;
-  std::set<KeyframeId> near = {id};
-  const auto add_with_neighbors = [&](KeyframeId other) {
-    if (!map_.keyframe(other)) return;
-    near.insert(other);
-    for (const KeyframeId next : neighbors(other, options_.mapping.window_keyframes)) near.insert(next);
-  };
-  for (const KeyframeId other : direct) add_with_neighbors(other);
-  const auto [places, is_new] = known->emplace(id, std::vector<KeyframeId>());
-  if (is_new) places->second = places_->find(map_.keyframe(id)->image->set, kBestPlaces);
-  for (const KeyframeId place : places->second) add_with_neighbors(place);
-  return landmarks_observed_by(map_, {near.begin(), near.end()});
-}
-
-// Extends tracks: projects landmarks that the target keyframe does not observe into it. A landmark that
-// matches a feature gains an observation. Where the feature already observes another landmark, the two are
-// merged if both agree with all of their observations.
-void Mapper::fuse(KeyframeId target, const std::optional<std::vector<LandmarkId>>& landmarks) {
-  const Keyframe& keyframe = *map_.keyframe(target);
-  const CameraModel& camera = keyframe.image->camera;
-  ProjectionMatchOptions guided;
-  guided.radius_px = options_.mapping.max_reprojection_px;
-  const std::vector<LandmarkCandidate> candidates =
-      unobserved_in_view(map_, keyframe, landmarks, guided.radius_px);
-  guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
-  guided.cancelled = options_.ransac.cancelled;
-  for (const LandmarkMatch& m :
-       match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, guided)) {
-    if (is_excluded(target, m.feature)) continue;
-    const LandmarkId l = candidates[m.candidate].id;
-    const LandmarkId held = keyframe.landmark_of_feature[m.feature];
-    if (held == kNoLandmark) {
-      map_.add_observation(l, target, m.feature);
-    } else if (held != l) {
-      const Landmark& a = *map_.landmark(l);
-      const Landmark& b = *map_.landmark(held);
-      const auto agrees = [&](const Observation& o) {
-        return error_px(*map_.keyframe(o.keyframe), o.feature, b.x_in_map) <
-               options_.mapping.max_reprojection_px;
-      };
-      if (std::all_of(a.observations.begin(), a.observations.end(), agrees)) map_.merge_landmarks(l, held);
-    }
-  }
-}
-
-// Triangulates new landmarks from features matched along epipolar lines.
-void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& near) {
-  EpipolarMatchOptions guided;
-  guided.threads = options_.bundle.own_threads;
-  guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
-  guided.cancelled = options_.ransac.cancelled;
-  guided.min_ratio = options_.matching.min_ratio;
-  for (const KeyframeId n : near) {
-    if (is_cancelled()) return;
-    const Keyframe& first = *map_.keyframe(newest);
-    const Keyframe& second = *map_.keyframe(n);
-    if (!is_baseline_known(map_, first, second)) continue;
-    guided.max_error_rad = options_.mapping.max_reprojection_px /
-                           std::min(first.image->camera.focal(), second.image->camera.focal());
-    const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
-    const Rigid3 map_from_first = first.camera_from_map.inverse();
-    for (const Match& m : match_along_epipolar_lines(first, second, guided)) {
-      if (is_excluded(newest, m.first) || is_excluded(n, m.second)) continue;
-      Eigen::Vector3d x_in_first;
-      if (!triangulate_two_views(second_from_first, first.image->set.bearings[m.first],
-                                 second.image->set.bearings[m.second], &x_in_first)) {
-        continue;
-      }
-      const Eigen::Vector3d x_in_map = map_from_first * x_in_first;
-      if (parallax_angle(x_in_map, first.center_in_map(), second.center_in_map()) <
-              options_.mapping.min_parallax_deg * kDegree ||
-          error_px(first, m.first, x_in_map) > options_.mapping.max_reprojection_px ||
-          error_px(second, m.second, x_in_map) > options_.mapping.max_reprojection_px) {
-        continue;
-      }
-      const LandmarkId l = map_.add_landmark(x_in_map);
-      map_.add_observation(l, newest, m.first);
-      map_.add_observation(l, n, m.second);
-    }
+    extender().extend(n, landmarks_of(*map.keyframe(id)));
   }
 }
 
@@ -279,107 +172,175 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
   // their errors must be corrected.
   const int size = options_.mapping.window_keyframes / (1 + waiting);
   std::vector<KeyframeId> window;
-  if (waiting == 0 && static_cast<int>(map_.keyframes().size()) <= 2 * size) {
-    for (const auto& entry : map_.keyframes()) window.push_back(entry.first);
+  if (waiting == 0 && static_cast<int>(map().keyframes().size()) <= 2 * size) {
+    for (const auto& entry : map().keyframes()) window.push_back(entry.first);
   } else {
-    window = neighbors(newest, size - 1);
+    window = neighbors(map(), newest, size - 1);
     window.push_back(newest);
   }
-  if (waiting < 2) {
-    count(adjust_keyframes(options_.window_bundle(), window, held_keyframes(size),
-                           options_.mapping.window_landmarks, &map_));
+  if (waiting < 2) adjust(window, held_keyframes(size));
+  extender().cull(landmarks_observed_by(map(), window));
+  if (waiting == 0) update_covariances(options_, limits_, map(), window, &present().covariances);
+}
+
+void Mapper::adjust(const std::vector<KeyframeId>& window, int fixed) {
+  failed_adjustments_ += adjust_keyframes(options_.window_bundle(), window, fixed,
+                                          options_.mapping.window_landmarks, &present().map)
+                             .failed;
+}
+
+// Tested several times while the map is young, as the evidence grows with the rotation, and once at each
+// size. Culling may bring a map to the same size more than once.
+void Mapper::correct_beginning() {
+  const std::size_t keyframes = map().keyframes().size();
+  if (keyframes <= state_.asked_at || !is_due(keyframes) || is_cancelled()) return;
+  state_.asked_at = keyframes;
+  if (was_corrected(options_, limits_, &present().map)) {
+    drop_background_job();  // it works on the map before the change
+    present().covariances = find_covariances(options_, limits_, map());
+    atlas_.add_other_geometry();
   }
-  cull_observations(landmarks_observed_by(map_, window));
-  if (waiting == 0) update_covariances(window);
+  renew_unit();
 }
 
-// Extends all tracks and creates landmarks between covisible keyframes.
-void Mapper::complete(SimilarKeyframes* similar) {
-  for (const auto& entry : map_.keyframes()) {
-    const KeyframeId id = entry.first;
-    const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
-    fuse(id, within_reach(id, similar));
-    create_landmarks(id, near);
-  }
+bool Mapper::renew_unit() {
+  if (!atlas_.renew_unit(options_.scale, limits_, limits_.reported_unit_change)) return false;
+  drop_background_job();
+  return true;
 }
 
-// Adjusts the whole map, its poses by some of the landmarks.
-void Mapper::adjust_roughly(const BundleOptions& bundle) {
-  std::vector<KeyframeId> all;
-  for (const auto& entry : map_.keyframes()) all.push_back(entry.first);
-  count(adjust_keyframes(bundle, all, 0, limits_.rough_landmarks, &map_));
+// Sets the scale by a marker that could not be used at the beginning.
+void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker) {
+  if (options_.scale.marker_size <= 0 || map().scale_source() != ScaleSource::kMapUnits || marker.empty())
+    return;
+  present().unit.markers[newest] = marker;
+  if (const auto metres = present().unit.metres(ScaleSource::kMarker, options_.scale, limits_, map()))
+    transform(scaled_by(*metres), ScaleSource::kMarker);
 }
 
-// Adjusts with a wide loss first, so that merged tracks have an effect before anything is culled.
-void Mapper::adjust_after_merging() {
-  const BundleOptions bundle = final_bundle();
-  for (const BundleOptions& pass : {with_wide_loss(bundle), bundle}) adjust_roughly(pass);
-}
-
-BundleOptions Mapper::final_bundle() const {
-  BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = limits_.final_iterations;
-  return bundle;
-}
-
-void Mapper::finish() {
-  if (map_.keyframes().empty()) return;
-  exclude_static_overlay();
-  // All shared tracks are kept, unlike in a growing map, and inconsistent ones are culled below. Dropping
-  // them cost a recording with many gaps a tenth of its images.
-  const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_, -1, limits_.cross_view);
-  connect(overlapping);
-  if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty()) adjust_after_merging();
-  retriangulate({});
-  // Twice: better poses give more matches, and outliers found by the first adjustment must not bias the
-  // second.
-  SimilarKeyframes similar;
-  complete(&similar);
-  BundleOptions rough = final_bundle();
-  rough.function_tolerance = limits_.rough_tolerance;
-  adjust_roughly(rough);
-  cull_observations(map_.landmark_ids());
-  complete(&similar);
-  settle();
-}
-
-// Adjusts the whole map to convergence.
-void Mapper::settle() {
-  BundleOptions bundle = final_bundle();
-  bundle.function_tolerance = limits_.final_tolerance;
-  count(adjust_map(bundle, &map_));
-  cull_observations(map_.landmark_ids());
-  drop_two_view_landmarks();
-  renew_scale(0);
+void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
+  if (map().keyframes().empty()) return;
+  drop_background_job();
+  atlas_.transform(new_from_map, scale_source);
   publish();
 }
 
-// Two views cannot be inconsistent along the epipolar line: landmarks without a third view are dropped from
-// the result, unless the map has hardly more views.
-void Mapper::drop_two_view_landmarks() {
-  if (map_.keyframes().size() <= 3) return;
-  for (const LandmarkId l : map_.landmark_ids()) {
-    if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
-  }
+ViewGraph& Mapper::view_graph() {
+  if (!view_graph_) view_graph_.emplace(view_graph_options(options_));
+  return *view_graph_;
+}
+
+void Mapper::finish() {
+  if (map().keyframes().empty()) return;
+  const std::uint64_t before = atlas_.last_correction();
+  GlobalRefiner refiner(options_, limits_, &atlas_, &view_graph());
+  refiner.finish();
+  take_over(refiner, before);
+}
+
+std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& consistency) {
+  const std::uint64_t before = atlas_.last_correction();
+  GlobalRefiner refiner(options_, limits_, &atlas_, &view_graph());
+  const std::set<KeyframeId> removed = refiner.refine(consistency);
+  take_over(refiner, before);
+  return removed;
+}
+
+void Mapper::take_over(const GlobalRefiner& refiner, std::uint64_t corrections_before) {
+  failed_adjustments_ += refiner.failed_adjustments();
+  if (atlas_.last_correction() != corrections_before) drop_background_job();
+  publish();
 }
 
 void Mapper::publish() {
   auto view = std::make_shared<TrackingMap>();
+  AtlasMap& present = this->present();
   view->epoch = epoch_;
-  view->map_id = map_id_;
-  view->corrections = corrections_;
+  view->map_id = present.id;
+  view->corrections = atlas_.corrections();
   view->inactive_maps = inactive_maps();
-  report_doubt(view.get());
-  places_->follow(map_);
-  view->places = places_;
-  view->scale_source = map_.scale_source();
+  view->turning_object = present.motions.watch().object();
+  view->doubt = present.motions.watch().doubt();
+  present.places->follow(present.map);
+  view->places = present.places;
+  view->scale_source = present.map.scale_source();
   view->revision = ++revision_;
-  view->keyframes = map_.views().keyframes();
-  view->landmarks = map_.views().landmarks();
-  view->covariances = covariances_;
-  view->removed_keyframes = map_.removed_keyframes();
+  view->keyframes = present.map.views().keyframes();
+  view->landmarks = present.map.views().landmarks();
+  view->covariances = present.covariances;
+  view->removed_keyframes = present.map.removed_keyframes();
   view->stages = std::exchange(stages_, {});
   tracking_map_ = std::move(view);
+}
+
+// Joining maps.
+
+std::optional<MapAlignment> Mapper::find_alignment(const AtlasMap& other, KeyframeId keyframe) const {
+  std::vector<KeyframeId> keyframes = neighbors(map(), keyframe, limits_.other_views);
+  keyframes.insert(keyframes.begin(), keyframe);
+  for (const KeyframeId place : other.places->find(map().keyframe(keyframe)->image->set, kBestPlaces)) {
+    if (auto alignment = align_maps(options_, map(), keyframes, other.map, place, limits_.joiner))
+      return alignment;
+  }
+  return std::nullopt;
+}
+
+// The present map may be the older one (switched to, or loaded): its frame stays.
+bool Mapper::join_where_aligned(KeyframeId newest) {
+  const std::uint32_t own = present().id;
+  for (const std::uint32_t id : inactive_maps()) {
+    const std::optional<MapAlignment> alignment = find_alignment(atlas_.inactive(id), newest);
+    if (!alignment) continue;
+    if (id < own && join(id, own, *alignment)) return true;
+    if (id > own && !alignment->found_in_other.empty() && join(own, id, alignment->inverse())) return true;
+  }
+  return false;
+}
+
+// Changes nothing where the joined map does not hold. One of the two maps is the present one.
+bool Mapper::join(std::uint32_t older_id, std::uint32_t newer_id, const MapAlignment& newer_in_older) {
+  const auto map_of = [&](std::uint32_t id) -> const Map& {
+    return id == present().id ? map() : atlas_.inactive(id).map;
+  };
+  JoinedMaps joined = join_maps(options_, map_of(older_id), map_of(newer_id), newer_in_older);
+  failed_adjustments_ += joined.failed_adjustments;
+  if (!joined.holds) return false;
+  atlas_.join(older_id, newer_id, std::move(joined), options_);
+  reset_state();
+  return true;
+}
+
+// A failed pair is not tried again until a third map is merged with one of them.
+void Mapper::join_rest() {
+  std::set<std::pair<std::uint32_t, std::uint32_t>> apart;  // (newer, older)
+  while (join_any(&apart)) {
+  }
+  publish();
+}
+
+bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) {
+  std::vector<std::uint32_t> ids = inactive_maps();
+  ids.push_back(present().id);
+  std::sort(ids.begin(), ids.end());
+  for (std::size_t newer = ids.size() - 1; newer > 0; --newer) {
+    resume(ids[newer], true, epoch_);
+    for (std::size_t older = 0; older < newer; ++older) {
+      if (apart->count({ids[newer], ids[older]})) continue;
+      const AtlasMap& other = atlas_.inactive(ids[older]);
+      const std::optional<MapAlignment> alignment =
+          align_maps(options_, map(), other.map, *other.places, &view_graph(), limits_.joiner);
+      if (!alignment || !join(ids[older], ids[newer], *alignment)) {
+        apart->insert({ids[newer], ids[older]});
+        continue;
+      }
+      for (auto pair = apart->begin(); pair != apart->end();) {
+        const bool has_grown = pair->first == ids[older] || pair->second == ids[older];
+        pair = has_grown ? apart->erase(pair) : std::next(pair);
+      }
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace mono_pose_tracker

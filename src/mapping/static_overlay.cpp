@@ -44,11 +44,6 @@ struct Sighting {
   int feature;
 };
 
-bool is_known(const FlaggedFeatures& known, const Sighting& sighting) {
-  const auto flags = known.find(sighting.keyframe->id);
-  return flags != known.end() && flags->second[sighting.feature];
-}
-
 // Whether no point explains the features: the best one, or a far one where the rays do not intersect, has
 // large errors in most keyframes.
 bool is_no_point(const std::vector<Sighting>& seen, double no_point_px) {
@@ -84,8 +79,9 @@ FlaggedFeatures find_static_overlay(const MapperOptions& options, const Map& map
       if (there >= 0) seen.push_back({keyframe, there});
     }
     const std::size_t again = seen.size() - 1;
-    const bool is_one =
-        std::any_of(seen.begin() + 1, seen.end(), [&](const Sighting& s) { return is_known(known, s); });
+    const bool is_one = std::any_of(seen.begin() + 1, seen.end(), [&](const Sighting& s) {
+      return is_flagged(known, s.keyframe->id, s.feature);
+    });
     if (!is_one && (again < overlay.min_earlier || again < overlay.min_earlier_share * earlier.size() ||
                     !is_no_point(seen, overlay.no_point_px))) {
       continue;

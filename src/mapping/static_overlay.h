@@ -26,11 +26,17 @@ struct StaticOverlayOptions {
   std::size_t max_compared = 12;  // earlier keyframes
 };
 
+using FlaggedFeatures = std::map<KeyframeId, std::vector<char>>;  // by keyframe: one flag for each feature
+
+inline bool is_flagged(const FlaggedFeatures& features, KeyframeId id, int feature) {
+  const auto found = features.find(id);
+  return found != features.end() && found->second[feature] != 0;
+}
+
 // Finds features of the keyframe that keep their pixel since earlier keyframes though no landmark could. They
 // are static overlay, ego-vehicle features (a bonnet, a handlebar, a finger before the lens) or a static
 // background behind an object that rotates before a fixed camera. A feature at the pixel of a `known` one
-// counts as well. One flag for each feature; empty when there are none.
-using FlaggedFeatures = std::map<KeyframeId, std::vector<char>>;
+// counts as well. Empty when there are none.
 FlaggedFeatures find_static_overlay(const MapperOptions& options, const Map& map, KeyframeId newest,
                                     const FlaggedFeatures& known, const StaticOverlayOptions& overlay = {});
 
