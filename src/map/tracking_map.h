@@ -69,7 +69,7 @@ struct TrackingMap {
   std::map<KeyframeId, KeyframeLink> removed_keyframes;
   ScaleSource scale_source = ScaleSource::kMapUnits;
   std::shared_ptr<const PlaceFinder> places;  // null: none is kept
-  // Evidence against the newest keyframes (mapping/motion_watch.h); empty: none.
+  // Evidence against the newest keyframes (mapping/map_motions.h); empty: none.
   std::string doubt;
   std::shared_ptr<const TurningObject>
       turning_object;                        // that the map should be of but is not; null: none known

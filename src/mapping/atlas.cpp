@@ -6,12 +6,58 @@
 #include <limits>
 #include <utility>
 
+#include "common/rotation.h"
+#include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
-#include "mapping/map_covariances.h"
 #include "mapping/track_extender.h"
+#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 
+void update_covariances(const MapperOptions& options, const MapperLimits& limits, const Map& map,
+                        const std::vector<KeyframeId>& window, KeyframeCovariances* covariances) {
+  const auto found =
+      keyframe_covariances(window, held_keyframes(options.mapping.window_keyframes),
+                           std::min(limits.covariance_landmarks, options.mapping.window_landmarks), map);
+  KeyframeCovariances::Changes changes;
+  for (const auto& [id, own] : found) {
+    Eigen::Matrix<double, 6, 6> covariance = own;
+    for (const KeyframeId other : neighbors(map, id, static_cast<int>(map.keyframes().size()))) {
+      const auto known = covariances->find(other);
+      if (found.count(other) > 0 || known == covariances->end()) continue;
+      const Eigen::Matrix<double, 6, 6> carried =
+          adjoint(map.keyframe(id)->camera_from_map * map.keyframe(other)->camera_from_map.inverse());
+      covariance += carried * known->second * carried.transpose();
+      break;
+    }
+    changes[id] = covariance;
+  }
+  covariances->change(std::move(changes));
+}
+
+KeyframeCovariances find_covariances(const MapperOptions& options, const MapperLimits& limits,
+                                     const Map& map) {
+  KeyframeCovariances covariances;
+  const auto size = static_cast<std::size_t>(options.mapping.window_keyframes);
+  std::vector<KeyframeId> window;
+  for (const auto& entry : map.keyframes()) {
+    window.push_back(entry.first);
+    if (window.size() < size && entry.first != map.keyframes().rbegin()->first) continue;
+    update_covariances(options, limits, map, window, &covariances);
+    window.clear();
+  }
+  return covariances;
+}
+
+void scale_covariances(const std::function<double(KeyframeId)>& scale_of, KeyframeCovariances* covariances) {
+  KeyframeCovariances::Changes changes;
+  for (const auto& [id, covariance] : *covariances) {
+    Eigen::Matrix<double, 6, 6>& scaled = changes[id].emplace(covariance);
+    scaled.topRows<3>() *= scale_of(id);
+    scaled.leftCols<3>() *= scale_of(id);
+  }
+  covariances->change(std::move(changes));
+}
 std::vector<std::uint32_t> Atlas::inactive_ids() const {
   std::vector<std::uint32_t> ids;
   for (const auto& entry : inactive_) ids.push_back(entry.first);
@@ -20,7 +66,7 @@ std::vector<std::uint32_t> Atlas::inactive_ids() const {
 
 std::vector<Map> Atlas::all_maps() const {
   std::map<std::uint32_t, const Map*> by_age;
-  for (const auto& [id, inactive] : inactive_) by_age[id] = &inactive.map;
+  for (const auto& [id, inactive] : inactive_) by_age[id] = &inactive->map;
   if (!map().keyframes().empty()) by_age[present_.id] = &map();
   std::vector<Map> maps;
   for (const auto& entry : by_age) maps.push_back(*entry.second);
@@ -38,7 +84,7 @@ void Atlas::keep_present() {
   if (map().keyframes().empty()) return;
   present_.places->follow(map());  // the map may have changed since it was published
   const std::uint32_t id = present_.id;
-  inactive_[id] = std::exchange(present_, AtlasMap());
+  inactive_[id] = std::make_shared<const AtlasMap>(std::exchange(present_, AtlasMap()));
   present_.id = id;
 }
 
@@ -46,10 +92,10 @@ void Atlas::cap_inactive(std::size_t most_keyframes) {
   if (most_keyframes == 0) return;
   const auto size = [this](const auto& entry) {
     return entry.first == present_.id ? std::numeric_limits<std::size_t>::max()
-                                      : entry.second.map.keyframes().size();
+                                      : entry.second->map.keyframes().size();
   };
   std::size_t keyframes = 0;
-  for (const auto& entry : inactive_) keyframes += entry.second.map.keyframes().size();
+  for (const auto& entry : inactive_) keyframes += entry.second->map.keyframes().size();
   while (keyframes > most_keyframes && inactive_.size() > 1) {
     const auto smallest = std::min_element(inactive_.begin(), inactive_.end(),
                                            [&](const auto& a, const auto& b) { return size(a) < size(b); });
@@ -61,7 +107,7 @@ void Atlas::cap_inactive(std::size_t most_keyframes) {
 bool Atlas::resume(std::uint32_t id, bool keeps_present, const MapperOptions& options) {
   const auto found = inactive_.find(id);
   if (found == inactive_.end()) return false;
-  AtlasMap resumed = std::move(found->second);
+  AtlasMap resumed = *found->second;
   inactive_.erase(found);
   resumed.motions = MapMotions(options);
   if (keeps_present) keep_present();
@@ -72,7 +118,7 @@ bool Atlas::resume(std::uint32_t id, bool keeps_present, const MapperOptions& op
 void Atlas::join(std::uint32_t older_id, std::uint32_t newer_id, JoinedMaps joined,
                  const MapperOptions& options) {
   const auto find = [this](std::uint32_t id) -> const AtlasMap& {
-    return id == present_.id ? present_ : inactive_.at(id);
+    return id == present_.id ? present_ : inactive(id);
   };
   const AtlasMap &older = find(older_id), &newer = find(newer_id);
   const MergedIds added = joined.added;
@@ -180,6 +226,105 @@ bool Atlas::bring_up_to_date(KeyframeCandidate* candidate) const {
     for (FrameObservation& o : candidate->observations) o.landmark += correction->added.landmarks;
   }
   return true;
+}
+
+namespace {
+
+// The triangulated corners of a marker; none when the cameras do not determine them.
+std::vector<Eigen::Vector3d> marker_corners(const std::vector<Rigid3>& cameras_from_map,
+                                            const std::vector<std::vector<Eigen::Vector3d>>& markers) {
+  if (markers.size() < 2) return {};
+  std::vector<Eigen::Vector3d> corners(4);
+  for (int c = 0; c < 4; ++c) {
+    std::vector<Eigen::Vector3d> bearings;
+    bearings.reserve(markers.size());
+    for (const auto& marker : markers) bearings.push_back(marker[c]);
+    if (!triangulate_multi_view(cameras_from_map, bearings, &corners[c])) return {};
+  }
+  return corners;
+}
+
+double side(const std::vector<Eigen::Vector3d>& corners, int c) {
+  return (corners[(c + 1) % 4] - corners[c]).norm();
+}
+
+double mean_side(const std::vector<Eigen::Vector3d>& corners) {
+  double sum = 0;
+  for (int c = 0; c < 4; ++c) sum += side(corners, c);
+  return sum / 4;
+}
+
+bool is_square(const std::vector<Eigen::Vector3d>& corners, double max_side_difference) {
+  const double mean = mean_side(corners);
+  for (int c = 0; c < 4; ++c) {
+    if (std::abs(side(corners, c) - mean) > max_side_difference * mean) return false;
+  }
+  return true;
+}
+
+// The widest parallax between the first camera and any other.
+double widest_parallax(const std::vector<Rigid3>& cameras_from_map, const Eigen::Vector3d& x_in_map) {
+  double widest = 0;
+  const Eigen::Vector3d first = cameras_from_map.front().inverse().translation;
+  for (const Rigid3& camera : cameras_from_map) {
+    widest = std::max(widest, parallax_angle(x_in_map, first, camera.inverse().translation));
+  }
+  return widest;
+}
+
+std::optional<double> metres_by_baseline(double known_baseline, const UnitSource& unit, const Map& map) {
+  if (!unit.baseline) return std::nullopt;
+  Rigid3 first, last;
+  if (!map.camera_from_map(unit.baseline->first, &first)) return std::nullopt;
+  if (!map.camera_from_map(unit.baseline->second, &last)) return std::nullopt;
+  return known_baseline / (last.inverse().translation - first.inverse().translation).norm();
+}
+
+std::optional<double> metres_by_marker(double marker_size, const MapperLimits& limits, const UnitSource& unit,
+                                       const Map& map) {
+  std::vector<Rigid3> cameras_from_map;
+  std::vector<std::vector<Eigen::Vector3d>> markers;
+  for (const auto& [id, corners] : unit.markers) {
+    const Keyframe* keyframe = map.keyframe(id);
+    if (!keyframe) continue;  // culled meanwhile
+    cameras_from_map.push_back(keyframe->camera_from_map);
+    markers.push_back(corners);
+  }
+  const std::vector<Eigen::Vector3d> corners = marker_corners(cameras_from_map, markers);
+  if (corners.empty() || !is_square(corners, limits.max_side_difference) ||
+      widest_parallax(cameras_from_map, corners[0]) < limits.marker_parallax) {
+    return std::nullopt;
+  }
+  return marker_size / mean_side(corners);
+}
+
+}  // namespace
+
+std::optional<double> UnitSource::metres(ScaleSource source, const ScaleOptions& scale,
+                                         const MapperLimits& limits, const Map& map) const {
+  if (source == ScaleSource::kKnownBaseline) return metres_by_baseline(scale.known_baseline, *this, map);
+  if (source == ScaleSource::kMarker) return metres_by_marker(scale.marker_size, limits, *this, map);
+  return std::nullopt;
+}
+
+ScaleSource UnitSource::begin(const InitialMap& initial, const std::vector<KeyframeId>& ids,
+                              const ScaleOptions& scale) {
+  if (scale.known_baseline > 0) {
+    baseline = {ids.front(), ids.back()};
+    return ScaleSource::kKnownBaseline;
+  }
+  if (scale.marker_size <= 0) return ScaleSource::kMapUnits;
+  for (std::size_t v = 0; v < ids.size(); ++v) {
+    if (!initial.views[v].frame.marker.empty()) markers[ids[v]] = initial.views[v].frame.marker;
+  }
+  return ScaleSource::kMarker;
+}
+
+void UnitSource::forget(const std::set<KeyframeId>& wrong, const Map& map) {
+  if (baseline && !map.keyframe(baseline->second) && wrong.count(baseline->second) > 0) baseline.reset();
+  for (const KeyframeId id : wrong) {
+    if (!map.keyframe(id)) markers.erase(id);
+  }
 }
 
 }  // namespace mono_pose_tracker

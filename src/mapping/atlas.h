@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -7,20 +8,37 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "map/tracking_map.h"
-#include "mapping/joined_maps.h"
+#include "mapping/initial_map.h"
 #include "mapping/keyframe_candidate.h"
-#include "mapping/keyframe_places.h"
 #include "mapping/loop_closer.h"
+#include "mapping/map_joiner.h"
 #include "mapping/map_motions.h"
 #include "mapping/mapper_limits.h"
-#include "mapping/unit_source.h"
+#include "mapping/place_index.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
 namespace mono_pose_tracker {
+
+/// The source of a map's unit, to be evaluated again after adjustments.
+struct UnitSource {
+  // Bearings of the marker's corners in keyframes that observed it before the map had a scale.
+  std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers;
+  std::optional<std::pair<KeyframeId, KeyframeId>> baseline;  // the two keyframes at a known distance
+
+  /// Metres in a map unit, from `source`: the known baseline (a culled view has its stored pose), or the
+  /// keyframes that observe the marker. Nothing while their parallax is too small, and for other sources.
+  std::optional<double> metres(ScaleSource source, const ScaleOptions& scale, const MapperLimits& limits,
+                               const Map& map) const;
+  /// Takes the source of a new map from its first views, which are the keyframes `ids`.
+  ScaleSource begin(const InitialMap& initial, const std::vector<KeyframeId>& ids, const ScaleOptions& scale);
+  /// After the removal of misregistered keyframes, which give no unit. map: without them.
+  void forget(const std::set<KeyframeId>& wrong, const Map& map);
+};
 
 /// A map and what belongs to it.
 struct AtlasMap {
@@ -45,7 +63,7 @@ class Atlas {
   const AtlasMap& present() const { return present_; }
   const Map& map() const { return present_.map; }
   std::vector<std::uint32_t> inactive_ids() const;
-  const AtlasMap& inactive(std::uint32_t id) const { return inactive_.at(id); }
+  const AtlasMap& inactive(std::uint32_t id) const { return *inactive_.at(id); }
   /// Copies of all maps including the present one, the oldest first.
   std::vector<Map> all_maps() const;
 
@@ -92,12 +110,28 @@ class Atlas {
   bool bring_up_to_date(KeyframeCandidate* candidate) const;
 
  private:
+  using InactiveMaps = std::map<std::uint32_t, std::shared_ptr<const AtlasMap>>;
+
   void add(MapCorrection correction);
 
   AtlasMap present_;
-  std::map<std::uint32_t, AtlasMap> inactive_;
+  InactiveMaps inactive_;
   MapCorrections corrections_;
   std::uint64_t last_correction_ = 0;
 };
+
+/// Covariances of an adjusted window: the uncertainty within it plus that of the fixed keyframe that
+/// constrains each one most. Errors of fixed keyframes are common to all keyframes relative to them, and no
+/// number of points averages them out.
+void update_covariances(const MapperOptions& options, const MapperLimits& limits, const Map& map,
+                        const std::vector<KeyframeId>& window, KeyframeCovariances* covariances);
+
+/// Covariances of a loaded map, computed window after window in the order of its keyframes.
+KeyframeCovariances find_covariances(const MapperOptions& options, const MapperLimits& limits,
+                                     const Map& map);
+
+/// Covariances are in the keyframes' own frames, so that a transformation of the map changes only their
+/// lengths.
+void scale_covariances(const std::function<double(KeyframeId)>& scale_of, KeyframeCovariances* covariances);
 
 }  // namespace mono_pose_tracker

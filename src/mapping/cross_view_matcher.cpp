@@ -10,6 +10,26 @@ namespace mono_pose_tracker {
 
 namespace {
 
+// Absolute pose of the keyframe from candidate observations of the map (paper, step 4b). The report has an
+// inlier flag for each candidate.
+AbsolutePoseReport pose_by(const Map& map, const Keyframe& keyframe,
+                           const std::vector<CandidateObservation>& observations,
+                           const AbsolutePoseOptions& options) {
+  std::vector<Eigen::Vector3d> bearings, points;
+  for (const CandidateObservation& s : observations) {
+    bearings.push_back(keyframe.image->set.bearings[s.feature]);
+    points.push_back(map.landmark(s.landmark)->x_in_map);
+  }
+  return estimate_absolute_pose(bearings, points, options);
+}
+
+// Whether the keyframe shows the place of the candidates: at least as many inliers as a registered frame
+// needs, and half of all candidates. An aliased place has neither.
+bool is_same_place(const MapperOptions& options, const AbsolutePoseReport& pose) {
+  return pose.success && pose.num_inliers >= options.min_inliers &&
+         2 * pose.num_inliers >= static_cast<int>(pose.inliers.size());
+}
+
 struct SeenLandmark {
   LandmarkId id;
   int feature;

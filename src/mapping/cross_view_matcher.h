@@ -4,12 +4,19 @@
 #include <set>
 #include <vector>
 
-#include "candidate_observation.h"
 #include "mapping/view_graph.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
 
 namespace mono_pose_tracker {
+
+// A feature of an image and a landmark with a similar descriptor.
+struct CandidateObservation {
+  int feature;
+  LandmarkId landmark;
+  int distance2;
+};
 
 struct CrossViewOptions {
   std::size_t sampled_landmarks = 40;  // of a keyframe, to estimate its overlap with another

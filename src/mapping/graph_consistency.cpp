@@ -9,8 +9,8 @@
 
 #include "common/statistics.h"
 #include "keyframe_landmarks.h"
+#include "mapping/map_joiner.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
-#include "orientation_flip.h"
 #include "robust/similarity.h"
 
 namespace mono_pose_tracker {

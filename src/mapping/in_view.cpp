@@ -13,11 +13,9 @@ bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
   return camera.project(x_in_camera, &pixel) && camera.in_image(pixel);
 }
 
-std::vector<Eigen::Vector3d> positions_of(const Map& map, std::size_t step) {
+std::vector<Eigen::Vector3d> positions_of(const Map& map) {
   std::vector<Eigen::Vector3d> x_in_map;
-  for (const auto& [id, landmark] : map.landmarks()) {
-    if (static_cast<std::size_t>(id) % step == 0) x_in_map.push_back(landmark.x_in_map);
-  }
+  for (const auto& entry : map.landmarks()) x_in_map.push_back(entry.second.x_in_map);
   return x_in_map;
 }
 
@@ -31,19 +29,10 @@ double share_in_view(const std::vector<Eigen::Vector3d>& x_in_map, const Keyfram
 }  // namespace
 
 bool stays_in_view(const Map& map, const InViewOptions& options) {
-  const std::vector<Eigen::Vector3d> x_in_map = positions_of(map, 1);
+  const std::vector<Eigen::Vector3d> x_in_map = positions_of(map);
   return std::all_of(map.keyframes().begin(), map.keyframes().end(), [&](const auto& entry) {
     return share_in_view(x_in_map, entry.second) >= options.least_share;
   });
-}
-
-bool mostly_stays_in_view(const Map& map, const InViewOptions& options) {
-  const std::vector<Eigen::Vector3d> x_in_map =
-      positions_of(map, 1 + map.landmarks().size() / options.max_sampled);
-  const auto staying = std::count_if(map.keyframes().begin(), map.keyframes().end(), [&](const auto& entry) {
-    return share_in_view(x_in_map, entry.second) >= options.least_if_some_wrong;
-  });
-  return 2 * staying > static_cast<std::ptrdiff_t>(map.keyframes().size());
 }
 
 bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,

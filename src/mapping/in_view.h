@@ -10,10 +10,9 @@ namespace mono_pose_tracker {
 
 /// Shares of the landmarks, in [0, 1].
 struct InViewOptions {
-  double least_share = 2.0 / 3;      // in view
-  double least_if_some_wrong = 0.5;  // the same where up to a third of the map may be misregistered
-  double least_behind = 0.05;        // behind the camera: more than a few wrong landmarks
-  std::size_t max_sampled = 1000;    // landmarks, for a share accurate to one or two hundredths
+  double least_share = 2.0 / 3;    // in view
+  double least_behind = 0.05;      // behind the camera: more than a few wrong landmarks
+  std::size_t max_sampled = 1000;  // landmarks, for a share accurate to one or two hundredths
 };
 
 /// Whether the mapped object stays in front of the camera, as a rotating object does: at least two thirds of
@@ -21,11 +20,6 @@ struct InViewOptions {
 /// off at the image border. When the camera moves through a place, half of the landmarks are behind it or
 /// outside the image after ten keyframes.
 bool stays_in_view(const Map& map, const InViewOptions& options = {});
-
-/// The same with a tolerance for misregistered parts of the map: most keyframes have half of the landmarks in
-/// view. Measured shares: two thirds for a head with a third of its map from a misregistered hand; two fifths
-/// for a street and a room.
-bool mostly_stays_in_view(const Map& map, const InViewOptions& options = {});
 
 /// Whether the camera has passed the mapped structure: less than two thirds of the points are in its image,
 /// and some are behind it. An object that leaves the image or comes near does not get behind the camera.

@@ -2,11 +2,20 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
+
+// The values in ascending order without duplicates.
+template <typename T>
+std::vector<T> sorted_unique(std::vector<T> values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return values;
+}
 
 // Reprojection error of the point at the feature, px, weighted as in bundle adjustment.
 inline double error_px(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
@@ -37,11 +46,7 @@ inline std::vector<LandmarkId> landmarks_observed_by(const Map& map,
   const LandmarkId offset = *first;
   // A map from a file may have ids far apart.
   constexpr std::size_t kSparse = 64;
-  if (static_cast<std::size_t>(*last - offset) > kSparse * seen.size()) {
-    std::sort(seen.begin(), seen.end());
-    seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-    return seen;
-  }
+  if (static_cast<std::size_t>(*last - offset) > kSparse * seen.size()) return sorted_unique(std::move(seen));
   std::vector<char> is_seen(*last - offset + 1, 0);
   for (const LandmarkId l : seen) is_seen[l - offset] = 1;
   seen.clear();
@@ -59,6 +64,10 @@ inline std::vector<KeyframeId> neighbors(const Map& map, KeyframeId id, int coun
   }
   return result;
 }
+
+// Number of fixed keyframes for a window of this size: those that share most landmarks with it. They include
+// nearly all covisible keyframes and bound the cost of the adjustment in a large map.
+inline int held_keyframes(int window) { return 3 * window; }
 
 // The keyframes in the order of time. The ids of a merged map are in another order.
 inline std::vector<const Keyframe*> keyframes_in_time(const Map& map) {

@@ -3,13 +3,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
-#include "landmark_parallax.h"
-#include "mapping/keyframe_locator.h"
+#include "common/statistics.h"
+#include "keyframe_landmarks.h"
+#include "mapping/known_baseline.h"
+#include "mapping/landmark_pose.h"
+#include "mapping/track_extender.h"
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "optimization/map_adjustment.h"
 #include "robust/similarity.h"
 
 namespace mono_pose_tracker {
@@ -213,6 +220,180 @@ std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map, co
     }
   }
   return {same.begin(), same.end()};
+}
+
+namespace {
+
+// Number of landmarks observed from both sides of the boundary: by keyframes before and from `first_new`.
+int points_across(const Map& map, KeyframeId first_new) {
+  int count = 0;
+  for (const auto& entry : map.landmarks()) {
+    const std::vector<Observation>& seen = entry.second.observations;
+    count += seen.size() > 1 && seen.front().keyframe < first_new && seen.back().keyframe >= first_new;
+  }
+  return count;
+}
+
+// Keyframes with the same image in both maps: (old map's, new map's).
+std::vector<std::pair<KeyframeId, KeyframeId>> same_images(const Map& map, KeyframeId first_new) {
+  std::map<std::int64_t, KeyframeId> old_of_frame;
+  std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    if (id < first_new) {
+      old_of_frame[keyframe.frame_index] = id;
+      continue;
+    }
+    const auto old = old_of_frame.find(keyframe.frame_index);
+    if (old == old_of_frame.end()) continue;
+    // The features differ: the object was masked differently.
+    if (map.keyframe(old->second)->image->size() == keyframe.image->size())
+      pairs.emplace_back(old->second, id);
+  }
+  return pairs;
+}
+
+// Merges two keyframes of the same image feature by feature; one of them remains.
+void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
+  const std::vector<LandmarkId> of_new = map->keyframe(new_id)->landmark_of_feature;
+  for (std::size_t f = 0; f < of_new.size(); ++f) {
+    if (of_new[f] == kNoLandmark) continue;
+    const LandmarkId held = map->keyframe(old_id)->landmark_of_feature[f];
+    if (held == kNoLandmark) {
+      map->add_observation(of_new[f], old_id, static_cast<int>(f));
+    } else {
+      map->merge_landmarks(of_new[f], held);
+    }
+  }
+  // Frames relative to the new keyframe take the pose of the old one.
+  map->set_pose(new_id, map->keyframe(old_id)->camera_from_map);
+  map->remove_keyframe(new_id, old_id);
+}
+
+// Adds the newer map to the older one. Returns the keyframes that connect the two.
+std::vector<KeyframeId> merge(const Map& newer, const MapAlignment& alignment, JoinedMaps* joined) {
+  Map& map = joined->map;
+  joined->scale = alignment.other_from_map.scale;
+  joined->added = map.merge(newer, alignment.other_from_map);
+  for (const auto& [own, theirs] : same_landmarks(newer, alignment.found))
+    map.merge_landmarks(own + joined->added.landmarks, theirs);
+  std::vector<KeyframeId> boundary;
+  for (const auto& [id, matches] : alignment.found) {
+    boundary.push_back(id + joined->added.keyframes);
+    for (const auto& [feature, landmark] : matches) map.add_observation(landmark, boundary.back(), feature);
+  }
+  for (const auto& [old_id, new_id] : same_images(map, joined->added.keyframes)) {
+    unite(old_id, new_id, &map);
+    std::replace(boundary.begin(), boundary.end(), new_id, old_id);
+    boundary.push_back(old_id);
+  }
+  return boundary;
+}
+
+// Adjusts with a wide loss first, so that the merged tracks have an effect before anything is culled. Returns
+// the number of failed adjustments.
+int adjust_boundary(const MapperOptions& options, const std::vector<KeyframeId>& boundary, Map* map) {
+  const MappingOptions& mapping = options.mapping;
+  std::vector<KeyframeId> window = boundary;
+  for (const KeyframeId id : boundary) {
+    for (const KeyframeId n : neighbors(*map, id, 2 * mapping.window_keyframes)) window.push_back(n);
+  }
+  window = sorted_unique(std::move(window));
+  const auto adjust = [&](const BundleOptions& bundle) -> int {
+    return adjust_keyframes(bundle, window, held_keyframes(mapping.window_keyframes),
+                            mapping.window_landmarks, map)
+        .failed;
+  };
+  int failed = adjust(with_wide_loss(options.bundle));
+  const FlaggedFeatures none;
+  const TrackExtender tracks(options, none, map);
+  for (const KeyframeId id : boundary) {
+    tracks.extend(id);
+    tracks.create_landmarks(id, neighbors(*map, id, mapping.matching_keyframes));
+  }
+  failed += adjust(options.bundle);
+  tracks.cull(map->landmark_ids());
+  return failed;
+}
+
+}  // namespace
+
+JoinedMaps join_maps(const MapperOptions& options, const Map& older, const Map& newer,
+                     const MapAlignment& newer_in_older) {
+  JoinedMaps joined;
+  if (!older.has_ids_for(newer)) return joined;
+  joined.map = older;
+  const std::vector<KeyframeId> boundary = merge(newer, newer_in_older, &joined);
+  const KeyframeId first_new = joined.added.keyframes;
+  const int shared = points_across(joined.map, first_new);
+  joined.failed_adjustments = adjust_boundary(options, boundary, &joined.map);
+  const bool is_all_shared = joined.map.keyframes().rbegin()->first < first_new;
+  joined.holds =
+      is_all_shared || points_across(joined.map, first_new) >= std::max(options.min_inliers, shared / 2);
+  return joined;
+}
+
+namespace {
+
+// Aligns the points themselves, without the rays: the half of the inliers with the lowest depth uncertainty.
+bool fit_points(const std::vector<SimilarityMatch>& observations, const std::vector<char>& inliers,
+                Sim3* b_from_a) {
+  std::vector<double> sigmas;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (inliers[i]) sigmas.push_back(observations[i].depth_sigma());
+  }
+  if (sigmas.empty()) return false;
+  const double most = median(std::move(sigmas));
+  std::vector<Eigen::Vector3d> in_a, in_b;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!inliers[i] || observations[i].depth_sigma() > most) continue;
+    in_a.push_back(observations[i].in_a.x);
+    in_b.push_back(observations[i].in_b.x);
+  }
+  return align_sim3(in_a, in_b, b_from_a);
+}
+
+// Ratio of the actual to the expected depth errors: a landmark with many sharp observations is far better
+// known than from two.
+double share_of_depth_noise(const std::vector<SimilarityMatch>& observations, const Sim3& b_from_a) {
+  std::vector<double> off;
+  for (const SimilarityMatch& m : observations) {
+    const double there = (b_from_a * m.in_a.x - m.in_b.center).norm(),
+                 here = (m.in_b.x - m.in_b.center).norm();
+    off.push_back(std::abs(std::log(there / here)) / m.depth_sigma());
+  }
+  return std::min(1.0, 1.48 * median(std::move(off)));
+}
+
+std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> observations, double share,
+                                              double bend) {
+  for (SimilarityMatch& m : observations) {
+    m.in_a.depth_sigma = std::hypot(bend, share * m.in_a.depth_sigma);
+    m.in_b.depth_sigma = std::hypot(bend, share * m.in_b.depth_sigma);
+  }
+  return observations;
+}
+
+bool is_flipped(const SimilarityReport& one, const Sim3& other, double min_flip) {
+  return one.b_from_a.rotation.angularDistance(other.rotation) > min_flip;
+}
+
+}  // namespace
+
+std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observations,
+                                 const SimilarityOptions& options, const Sim3& found, int min_inliers,
+                                 const OrientationFlipOptions& flip) {
+  Sim3 of_points;
+  if (!fit_points(observations, refine_similarity_by_depths(observations, options, found).inliers,
+                  &of_points))
+    return found;
+  const std::vector<SimilarityMatch> known =
+      with_depth_noise(observations, share_of_depth_noise(observations, of_points), flip.bend);
+  const SimilarityReport as_found = refine_similarity_by_depths(known, options, found),
+                         from_points = refine_similarity_by_depths(known, options, of_points);
+  const SimilarityReport& best = from_points.score < as_found.score ? from_points : as_found;
+  if (best.num_inliers < min_inliers) return found;
+  if (!best.success) return std::nullopt;
+  return is_flipped(best, found, flip.min_flip) ? best.b_from_a : found;
 }
 
 }  // namespace mono_pose_tracker

@@ -15,7 +15,6 @@
 #include "mapping/initial_map.h"
 #include "mapping/keyframe_candidate.h"
 #include "mapping/loop_closer.h"
-#include "mapping/loop_finder.h"
 #include "mapping/mapper_limits.h"
 #include "mapping/track_extender.h"
 #include "mono_pose_tracker/camera/camera_model.h"

@@ -6,7 +6,7 @@
 #include "common/rotation.h"
 #include "mapping/alternative_map.h"
 #include "mapping/cross_view_matcher.h"
-#include "mapping/loop_verifier.h"
+#include "mapping/loop_closer.h"
 #include "mapping/map_joiner.h"
 #include "mapping/motion_prior.h"
 #include "mapping/static_overlay.h"

@@ -9,10 +9,8 @@
 
 #include "cross_view_matcher.h"
 #include "keyframe_landmarks.h"
-#include "mapping/map_covariances.h"
 #include "mapping/mapper.h"
 #include "optimization/map_adjustment.h"
-#include "sorted_unique.h"
 
 namespace mono_pose_tracker {
 
@@ -170,7 +168,6 @@ void Mapper::adjust_now_and_then() {
 }
 
 void Mapper::adjust_globally(bool parts_were_apart) {
-  (parts_were_apart ? background_.closing : background_.adjusting) = true;
   background_.job =
       with_completion([snapshot = map(), asked = options_, limits = limits_, parts_were_apart,
                        merged_up_to = state_.merged_up_to](const std::function<bool()>& cancelled) {
@@ -181,6 +178,7 @@ void Mapper::adjust_globally(bool parts_were_apart) {
           if (result) mapper.take_over(result->adjustment, result->tracks, newest);
         };
       });
+  (parts_were_apart ? background_.closing : background_.adjusting) = true;
 }
 
 // Applies a finished adjustment; then merges the tracks again in the present map, at their adjusted

@@ -1,10 +1,18 @@
 #include "mapping/place_index.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <iterator>
+#include <limits>
+#include <mutex>
 #include <numeric>
 #include <stdexcept>
 #include <string>
+
+#include "common/statistics.h"
+#include "common/toolchain.h"
 
 namespace mono_pose_tracker {
 
@@ -236,6 +244,162 @@ std::vector<PlaceMatch> PlaceIndex::query(const FeatureSet& features, int count,
     if (!allowed || allowed(match.id)) best.push_back(match);
   }
   return best;
+}
+
+std::vector<KeyframeId> KeyframePlaces::find(const FeatureSet& features, int count) const {
+  const std::shared_lock<std::shared_mutex> lock(mutex_);
+  std::vector<KeyframeId> ids;
+  for (const PlaceMatch& match : index_.query(features, count)) ids.push_back(match.id);
+  return ids;
+}
+
+// Keyframe ids grow with time. The newest ids and the number of keyframes show what has changed; all
+// keyframes are visited only when one was removed.
+void KeyframePlaces::follow(const Map& map) {
+  const auto& keyframes = map.keyframes();
+  auto is_new = keyframes.rbegin();
+  while (is_new != keyframes.rend() && (known_.empty() || is_new->first > known_.back())) ++is_new;
+  for (auto added = is_new.base(); added != keyframes.end(); ++added) {
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    index_.add(added->first, added->second.image->set);
+    known_.push_back(added->first);
+  }
+  if (known_.size() == keyframes.size()) return;
+  const auto is_gone = [&](KeyframeId id) {
+    if (map.keyframe(id)) return false;
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    index_.remove(id);
+    return true;
+  };
+  known_.erase(std::remove_if(known_.begin(), known_.end(), is_gone), known_.end());
+}
+
+namespace {
+
+// Mean of 36,000 root-SIFT descriptors of images that simulate_sequence rendered (--scene room --noise 2). It
+// is subtracted before descriptors are compared by sign, as common components do not discriminate. The mean
+// hardly depends on the scene (more at the centre, more along the main direction). It is not learnt from the
+// recording, so codes never change.
+constexpr std::array<int, 128> kDescriptorMean = {
+    // clang-format off
+    37, 27, 23, 26, 32, 32, 34, 36,
+    54, 39, 28, 27, 29, 30, 35, 44,
+    53, 44, 35, 32, 31, 27, 27, 37,
+    35, 35, 33, 34, 35, 28, 23, 26,
+    45, 31, 27, 33, 41, 38, 35, 37,
+    76, 48, 31, 33, 37, 36, 36, 51,
+    75, 51, 37, 39, 40, 33, 30, 46,
+    43, 36, 35, 39, 43, 34, 26, 29,
+    45, 38, 36, 39, 40, 32, 26, 30,
+    76, 51, 36, 37, 38, 32, 30, 47,
+    74, 46, 30, 32, 40, 39, 36, 50,
+    43, 29, 26, 33, 42, 40, 35, 36,
+    36, 36, 34, 33, 33, 27, 23, 27,
+    54, 45, 34, 30, 30, 27, 27, 38,
+    52, 38, 28, 27, 32, 32, 34, 43,
+    34, 26, 24, 28, 34, 33, 32, 34,
+    // clang-format on
+};
+
+// Number of descriptors that are rotated at once, one in each element of a SIMD packet.
+constexpr int kPacketSize = 8;
+using Packet = std::array<std::int32_t, kPacketSize>;
+using Rotated = std::array<Packet, 128>;
+
+// Unnormalised Walsh-Hadamard transform: each pair (x, y) at distance `half` becomes (x + y, x - y).
+inline void hadamard(Packet* v) {
+  for (int half = 1; half < 128; half *= 2) {
+    for (int start = 0; start < 128; start += 2 * half) {
+      for (int i = start; i < start + half; ++i) {
+        for (int slot = 0; slot < kPacketSize; ++slot) {
+          const std::int32_t x = v[i][slot], y = v[i + half][slot];
+          v[i][slot] = x + y;
+          v[i + half][slot] = x - y;
+        }
+      }
+    }
+  }
+}
+
+// A random rotation in a few thousand additions: three rounds of random signs and a Hadamard transform
+// (Andoni et al., NIPS 2015). Its values stay below 255 * 128^3 < 2^31. The function clone is chosen at load
+// time; integer arithmetic gives the same result in each.
+MPT_FUNCTION_CLONES_FOR("avx2")
+void rotate(const std::array<const std::uint8_t*, kPacketSize>& descriptors,
+            const DescriptorCoder::Signs& signs, Rotated* out) {
+  Packet* v = out->data();
+  for (int i = 0; i < 128; ++i) {
+    for (int slot = 0; slot < kPacketSize; ++slot) v[i][slot] = descriptors[slot][i] - kDescriptorMean[i];
+  }
+  for (const auto& round : signs) {
+    for (int i = 0; i < 128; ++i) {
+      for (int slot = 0; slot < kPacketSize; ++slot) v[i][slot] *= round[i];
+    }
+    hadamard(v);
+  }
+}
+
+DescriptorCode code_of(const Rotated& rotated, int slot, int num_uncertain) {
+  DescriptorCode code;
+  std::array<std::int32_t, DescriptorCode::kWordBits> margin;
+  for (int i = 0; i < DescriptorCode::kWordBits; ++i) {
+    code.word |= static_cast<std::uint16_t>(rotated[i][slot] > 0) << i;
+    margin[i] = std::abs(rotated[i][slot]);
+  }
+  constexpr int kFirstOfSignature = 64;
+  for (int i = 0; i < 64; ++i) {
+    code.signature |= static_cast<std::uint64_t>(rotated[kFirstOfSignature + i][slot] > 0) << i;
+  }
+  for (int n = 0; n < num_uncertain; ++n) {
+    int least = 0;
+    for (int i = 1; i < DescriptorCode::kWordBits; ++i) {
+      if (margin[i] < margin[least]) least = i;
+    }
+    code.uncertain[n] = static_cast<std::uint8_t>(least);
+    margin[least] = std::numeric_limits<std::int32_t>::max();
+  }
+  return code;
+}
+
+}  // namespace
+
+DescriptorCoder::DescriptorCoder(std::uint64_t seed) {
+  Random random(seed);
+  for (auto& round : signs_) {
+    for (std::int32_t& sign : round) sign = random.index(2) == 0 ? -1 : 1;
+  }
+}
+
+std::vector<DescriptorCode> DescriptorCoder::encode(const std::vector<const std::uint8_t*>& descriptors,
+                                                    int num_uncertain) const {
+  std::vector<DescriptorCode> codes;
+  codes.reserve(descriptors.size());
+  Rotated rotated;
+  for (std::size_t begin = 0; begin < descriptors.size(); begin += kPacketSize) {
+    const int count = static_cast<int>(std::min<std::size_t>(kPacketSize, descriptors.size() - begin));
+    std::array<const std::uint8_t*, kPacketSize> packet;
+    for (int slot = 0; slot < kPacketSize; ++slot)
+      packet[slot] = descriptors[begin + std::min(slot, count - 1)];
+    rotate(packet, signs_, &rotated);
+    for (int slot = 0; slot < count; ++slot) codes.push_back(code_of(rotated, slot, num_uncertain));
+  }
+  return codes;
+}
+
+MPT_FUNCTION_CLONES_FOR("popcnt")
+int find_near(const CodedFeature* features, int count, std::uint64_t signature, int max_distance,
+              NearFeature* near) {
+  const auto low = static_cast<std::uint32_t>(signature);
+  const auto high = static_cast<std::uint32_t>(signature >> 32);
+  int found = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::uint64_t differing = static_cast<std::uint64_t>(features[i].signature_high ^ high) << 32 |
+                                    (features[i].signature_low ^ low);
+    const int distance = __builtin_popcountll(differing);
+    near[found] = {features[i].owner, distance};  // branch-free: few features pass, unpredictably
+    found += distance <= max_distance;
+  }
+  return found;
 }
 
 }  // namespace mono_pose_tracker

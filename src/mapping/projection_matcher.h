@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core.hpp>
+#include <optional>
+#include <unordered_set>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -67,5 +70,31 @@ struct ExpectedFinds {
 /// tenth at 28.
 ExpectedFinds expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
                              const Rigid3& camera_from_map, const ProjectionMatchOptions& options);
+
+// Candidates for the landmarks that the keyframes observe: one for each landmark, with the descriptor from
+// the first keyframe that observes it. excluded: landmarks that are none.
+inline std::vector<LandmarkCandidate> candidates_of(const Map& map, const std::vector<KeyframeId>& keyframes,
+                                                    const std::unordered_set<LandmarkId>& excluded = {}) {
+  std::vector<LandmarkCandidate> candidates;
+  std::unordered_set<LandmarkId> known = excluded;
+  for (const KeyframeId id : keyframes) {
+    const Keyframe& keyframe = *map.keyframe(id);
+    const Eigen::Vector3d center = keyframe.center_in_map();
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const LandmarkId l = keyframe.landmark_of_feature[f];
+      if (l == kNoLandmark || !known.insert(l).second) continue;
+      candidates.push_back(
+          make_candidate(l, map.landmark(l)->x_in_map, *keyframe.image, static_cast<int>(f), center));
+    }
+  }
+  return candidates;
+}
+
+// Landmarks in view of the keyframe that project within radius_px of one of its features and that it does not
+// observe yet. Each candidate has the descriptor of the observation nearest in viewing direction. `landmarks`
+// restricts the search (nothing: all). The order is that of `landmarks`, or of the ids.
+std::vector<LandmarkCandidate> unobserved_in_view(const Map& map, const Keyframe& keyframe,
+                                                  const std::optional<std::vector<LandmarkId>>& landmarks,
+                                                  double radius_px);
 
 }  // namespace mono_pose_tracker

@@ -9,13 +9,18 @@
 #include "common/statistics.h"
 #include "common/threads.h"
 #include "keyframe_landmarks.h"
+#include "mapping/feature_tracks.h"
 #include "mapping/image_sides.h"
-#include "match_shift.h"
-#include "track_votes.h"
 
 namespace mono_pose_tracker {
 
 namespace {
+
+// Displacement of a matched feature between the images, px at 640 px (image_scale).
+double shift_px(const ImageFeatures& first, const ImageFeatures& second, const Match& m) {
+  return (second.set.features[m.second].pixel - first.set.features[m.first].pixel).norm() /
+         image_scale(first.camera);
+}
 
 // Shares of the images in which static features reach around the moving ones, and vice versa.
 struct SharesRound {

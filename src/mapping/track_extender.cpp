@@ -9,9 +9,7 @@
 #include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
 #include "known_baseline.h"
-#include "landmark_parallax.h"
 #include "mapping/projection_matcher.h"
-#include "unobserved_landmarks.h"
 
 namespace mono_pose_tracker {
 

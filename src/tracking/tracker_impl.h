@@ -97,7 +97,6 @@ class Tracker::Impl {
   void load_maps(SavedMaps saved);
   void restart();
   std::vector<RegisteredFrame> trajectory() const;
-  KeyframeId reference_of(std::int64_t frame_index, const TrackingMap& map) const;
   bool finish();
   FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                              const cv::Mat& mask);

@@ -1,4 +1,4 @@
-#include "mapping/epipolar_fan.h"
+#include "mapping/epipolar_matcher.h"
 
 #include <gtest/gtest.h>
 

@@ -41,7 +41,7 @@ TEST(StaysInView, AHeadThatTurnsOnceRound) {
   EXPECT_FALSE(has_left_behind(view_of(map), synthetic_camera(), half_out * cameras_from_head.back()));
 }
 
-TEST(StaysInView, MostlyAHeadSomeOfWhoseKeyframesAreElsewhere) {
+TEST(StaysInView, NotAHeadSomeOfWhoseKeyframesAreElsewhere) {
   Random random(3);
   const Rigid3 aside(Eigen::Quaterniond(Eigen::AngleAxisd(60 * kDegree, Eigen::Vector3d::UnitY())),
                      Eigen::Vector3d::Zero());
@@ -50,9 +50,6 @@ TEST(StaysInView, MostlyAHeadSomeOfWhoseKeyframesAreElsewhere) {
   Map map = map_of_views(synthetic_head(150, random), cameras_from_head);
   for (KeyframeId id = 0; id < 6; ++id) map.set_pose(id, aside * map.keyframe(id)->camera_from_map);
   EXPECT_FALSE(stays_in_view(map));
-  EXPECT_TRUE(mostly_stays_in_view(map));
-  for (KeyframeId id = 6; id < 10; ++id) map.set_pose(id, aside * map.keyframe(id)->camera_from_map);
-  EXPECT_FALSE(mostly_stays_in_view(map));
 }
 
 TEST(StaysInView, AStreetThatIsDrivenThroughDoesNot) {

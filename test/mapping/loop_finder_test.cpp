@@ -1,4 +1,4 @@
-#include "mapping/loop_finder.h"
+#include "mapping/loop_closer.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mapping/keyframe_locator.h"
+#include "mapping/landmark_pose.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "support/synthetic_map.h"
 

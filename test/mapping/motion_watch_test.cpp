@@ -1,4 +1,4 @@
-#include "mapping/motion_watch.h"
+#include "mapping/map_motions.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mapping/rotation_in_view.h"
+#include "mapping/motion_segmentation.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mapping/motion_watch.h"
+#include "mapping/map_motions.h"
 #include "support/two_objects.h"
 
 namespace mono_pose_tracker {

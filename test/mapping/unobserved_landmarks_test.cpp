@@ -1,4 +1,4 @@
-#include "mapping/unobserved_landmarks.h"
+#include "mapping/projection_matcher.h"
 
 #include <gtest/gtest.h>
 
