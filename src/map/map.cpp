@@ -249,6 +249,42 @@ const MapViews& Map::views() {
   return views_;
 }
 
+Map::Snapshot Map::snapshot() {
+  views_.refresh(*this);
+  return {views_.keyframes(), views_.landmarks(), removed_,       scale_source_,
+          next_keyframe_,     next_landmark_,     first_landmark_};
+}
+
+Map Map::of(const Snapshot& snapshot) {
+  Map map;
+  map.removed_ = snapshot.removed;
+  map.scale_source_ = snapshot.scale_source;
+  map.next_keyframe_ = snapshot.next_keyframe;
+  map.next_landmark_ = snapshot.next_landmark;
+  map.first_landmark_ = snapshot.first_landmark;
+  for (const auto& [id, x_in_map] : snapshot.landmarks) {
+    KeyframeId created_by = -1;
+    for (const auto& [keyframe, first] : snapshot.first_landmark) {
+      if (first <= id) created_by = keyframe;
+    }
+    map.landmarks_[id] = {id, x_in_map, {}, created_by};
+  }
+  for (const auto& [id, view] : snapshot.keyframes) {
+    map.keyframes_[id] = {id,
+                          view.frame_index,
+                          view.stamp_ns,
+                          view.camera_from_map,
+                          view.image,
+                          std::vector<LandmarkId>(view.landmark_of_feature.size(), kNoLandmark)};
+    for (std::size_t f = 0; f < view.landmark_of_feature.size(); ++f) {
+      if (view.landmark_of_feature[f] != kNoLandmark)
+        map.add_observation(view.landmark_of_feature[f], id, static_cast<int>(f));
+    }
+  }
+  map.views_.touch_all();
+  return map;
+}
+
 Keyframe* Map::find_keyframe(KeyframeId id) {
   const auto it = keyframes_.find(id);
   return it == keyframes_.end() ? nullptr : &it->second;

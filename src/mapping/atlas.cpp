@@ -216,6 +216,29 @@ void Atlas::forget_old_corrections(std::size_t most) {
     corrections_.erase(corrections_.begin(), corrections_.end() - static_cast<std::ptrdiff_t>(most));
 }
 
+Atlas::Checkpoint Atlas::checkpoint() {
+  return {present_.map.snapshot(),
+          {present_.id, Map(), present_.places, present_.covariances, present_.unit, present_.motions},
+          inactive_,
+          corrections_,
+          last_correction_};
+}
+
+void Atlas::go_back(const Checkpoint& checkpoint) {
+  AtlasMap present = checkpoint.present;
+  present.map = Map::of(checkpoint.map);
+  present.places->reset(present.map);
+  // The place index of a map that was taken may have followed another one.
+  for (const auto& [id, inactive] : checkpoint.inactive) {
+    const auto now = inactive_.find(id);
+    if (now == inactive_.end() || now->second != inactive) inactive->places->reset(inactive->map);
+  }
+  present_ = std::move(present);
+  inactive_ = checkpoint.inactive;
+  corrections_ = checkpoint.corrections;
+  last_correction_ = checkpoint.last_correction;
+}
+
 bool Atlas::bring_up_to_date(KeyframeCandidate* candidate) const {
   for (const auto& correction : corrections_) {
     if (correction->sequence <= candidate->corrections || correction->of_map != candidate->map_id) continue;

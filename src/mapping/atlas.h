@@ -109,6 +109,11 @@ class Atlas {
   /// registered in a geometry that the map no longer has, which makes its pose invalid.
   bool bring_up_to_date(KeyframeCandidate* candidate) const;
 
+  /// All maps at one time, to return to.
+  struct Checkpoint;
+  Checkpoint checkpoint();
+  void go_back(const Checkpoint& checkpoint);
+
  private:
   using InactiveMaps = std::map<std::uint32_t, std::shared_ptr<const AtlasMap>>;
 
@@ -118,6 +123,14 @@ class Atlas {
   InactiveMaps inactive_;
   MapCorrections corrections_;
   std::uint64_t last_correction_ = 0;
+};
+
+struct Atlas::Checkpoint {
+  Map::Snapshot map;
+  AtlasMap present;  // without its map
+  InactiveMaps inactive;
+  MapCorrections corrections;
+  std::uint64_t last_correction = 0;
 };
 
 /// Covariances of an adjusted window: the uncertainty within it plus that of the fixed keyframe that

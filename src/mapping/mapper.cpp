@@ -352,6 +352,21 @@ void Mapper::publish() {
   tracking_map_ = std::move(view);
 }
 
+Mapper::Checkpoint Mapper::checkpoint() {
+  return {atlas_.checkpoint(), state_, epoch_, loops_.size(), tracking_map_};
+}
+
+// Background work that began before the change goes on: its completion belongs to the same map.
+void Mapper::go_back(const Checkpoint& checkpoint) {
+  atlas_.go_back(checkpoint.atlas);
+  if (background_.job) background_ = {false, false, background_.ticket + 1, nullptr};
+  state_ = checkpoint.state;
+  epoch_ = checkpoint.epoch;
+  loops_.resize(checkpoint.loops);
+  tracking_map_ = checkpoint.tracking_map;
+  stages_.clear();
+}
+
 // Joining maps.
 
 std::optional<MapAlignment> Mapper::find_alignment(const AtlasMap& other, KeyframeId keyframe) const {

@@ -88,6 +88,11 @@ class Mapper {
   std::vector<std::uint32_t> inactive_maps() const { return atlas_.inactive_ids(); }
   std::vector<Map> all_maps() const { return atlas_.all_maps(); }
 
+  /// The mapper before a change, to return to where the change throws. The view graph keeps its new edges.
+  struct Checkpoint;
+  Checkpoint checkpoint();
+  void go_back(const Checkpoint& checkpoint);
+
   /// Number of failed bundle adjustments; each left the map unchanged.
   int failed_adjustments() const { return failed_adjustments_; }
 
@@ -159,6 +164,14 @@ class Mapper {
   int failed_adjustments_ = 0;  // since construction
   StageTimes stages_;           // of the current change
   TrackingMapPtr tracking_map_;
+};
+
+struct Mapper::Checkpoint {
+  Atlas::Checkpoint atlas;
+  State state;
+  std::uint32_t epoch = 0;
+  std::size_t loops = 0;
+  TrackingMapPtr tracking_map;
 };
 
 }  // namespace mono_pose_tracker

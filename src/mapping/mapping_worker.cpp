@@ -56,50 +56,47 @@ void MappingWorker::stop() {
 
 void MappingWorker::begin(std::uint32_t epoch, Work work) {
   drop_jobs(epoch);
-  post({std::move(work), epoch});
-  wait_for_jobs();
+  post({std::move(work)});
+  wait_until_idle(false);
 }
 
 void MappingWorker::ask(const std::function<void(const Mapper&)>& question) {
-  post({question, current_epoch()});
-  wait_for_jobs();
+  post({question});
+  wait_until_idle(false);
 }
 
 bool MappingWorker::offer(Work work, std::function<void()> done) {
-  std::uint32_t epoch;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    if (busy_ || !jobs_.empty()) return false;
-    epoch = epoch_;
-  }
-  post({std::move(work), epoch, std::move(done)});
-  return true;
-}
-
-bool MappingWorker::insert(const KeyframeCandidate& candidate) {
-  std::uint32_t epoch;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    if (keyframes_waiting() >= limits_.most_waiting) return false;
-    epoch = epoch_;
-  }
-  post({[this, candidate](Mapper& mapper) { insert_and_seek(candidate, mapper); }, epoch, {}, true});
-  return true;
+  return post_if([this] { return !busy_ && jobs_.empty(); }, {std::move(work), 0, std::move(done)});
 }
 
 // The keyframe is published before the loop search.
-void MappingWorker::insert_and_seek(const KeyframeCandidate& candidate, Mapper& mapper) {
-  mapper.insert(candidate, waiting());
-  publish_mapper();
-  if (waiting() > 0) return;
-  mapper.seek_loop();
-  mapper.adjust_now_and_then();
+bool MappingWorker::insert(const KeyframeCandidate& candidate) {
+  const auto insert = [this, candidate](Mapper& mapper) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const int waiting = keyframes_waiting();
+    lock.unlock();
+    mapper.insert(candidate, waiting);
+  };
+  return post_if([this] { return keyframes_waiting() < limits_.most_waiting; },
+                 {insert, 0, [this] { seek(); }, true});
+}
+
+void MappingWorker::seek() {
+  std::uint32_t epoch;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (keyframes_waiting() > 0) return;
+    epoch = epoch_;
+  }
+  const auto search = [](Mapper& mapper) {
+    mapper.seek_loop();
+    mapper.adjust_now_and_then();
+  };
+  change(search, epoch);
 }
 
 void MappingWorker::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
-  post({[=](Mapper& mapper) { mapper.transform(new_from_map, scale_source); }, current_epoch()});
+  post({[=](Mapper& mapper) { mapper.transform(new_from_map, scale_source); }});
 }
 
 void MappingWorker::reset(std::uint32_t epoch) {
@@ -122,18 +119,20 @@ void MappingWorker::drop_jobs(std::uint32_t epoch) {
   epoch_ = epoch;
 }
 
-void MappingWorker::wait() {
-  if (!threaded_) return;
-  std::unique_lock<std::mutex> lock(mutex_);
-  idle_.wait(lock, [this] { return jobs_.empty() && !busy_ && !background_job_ && !background_busy_; });
-  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-}
+void MappingWorker::wait() { wait_until_idle(true); }
 
 // A background job of an abandoned map ends by itself.
-void MappingWorker::wait_for_jobs() {
+void MappingWorker::wait_until_idle(bool in_background) {
   if (!threaded_) return;
   std::unique_lock<std::mutex> lock(mutex_);
-  idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });
+  idle_.wait(lock, [&] {
+    return jobs_.empty() && !busy_ && !(in_background && (background_job_ || background_busy_));
+  });
+  rethrow_error();
+}
+
+// With the mutex held.
+void MappingWorker::rethrow_error() {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
@@ -142,21 +141,12 @@ TrackingMapPtr MappingWorker::latest() const {
   return latest_;
 }
 
-std::uint32_t MappingWorker::current_epoch() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return epoch_;
-}
-
 int MappingWorker::unfinished_jobs() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return static_cast<int>(jobs_.size()) + busy_;
 }
 
-int MappingWorker::waiting() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return keyframes_waiting();
-}
-
+// With the mutex held.
 int MappingWorker::keyframes_waiting() const {
   return static_cast<int>(
       std::count_if(jobs_.begin(), jobs_.end(), [](const Job& job) { return job.is_keyframe; }));
@@ -168,15 +158,23 @@ void MappingWorker::publish_mapper() {
   if (map && map->epoch == epoch_) latest_.swap(map);
 }
 
-void MappingWorker::post(Job job) {
-  if (!threaded_) {
-    run_job(job);
-    return;
-  }
+bool MappingWorker::post_if(const std::function<bool()>& has_room, Job job) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    jobs_.push_back(std::move(job));
+    rethrow_error();
+    if (!has_room()) return false;
   }
+  post(std::move(job));
+  return true;
+}
+
+void MappingWorker::post(Job job) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    job.epoch = epoch_;
+    if (threaded_) jobs_.push_back(std::move(job));
+  }
+  if (!threaded_) return run_job(job);
   wake_.notify_one();
 }
 
@@ -214,18 +212,30 @@ void MappingWorker::set_options(const MapperOptions& options) {
 void MappingWorker::run_job(const Job& job) {
   if (before_job_) before_job_();
   take_options();
-  job.work(mapper_);
-  publish_mapper();
+  change(job.work, job.epoch);
   if (job.done) job.done();
   start_background_job(job.epoch);
 }
 
+// Runs a change of the mapper, and publishes it.
+void MappingWorker::change(const Work& work, std::uint32_t epoch) {
+  const Mapper::Checkpoint before = mapper_.checkpoint();
+  try {
+    work(mapper_);
+  } catch (...) {
+    mapper_.go_back(before);
+    if (latest() && mapper_.tracking_map()->epoch != epoch)
+      mapper_.resume(mapper_.tracking_map()->map_id, true, epoch);
+    publish_mapper();
+    throw;
+  }
+  publish_mapper();
+}
+
 void MappingWorker::start_background_job(std::uint32_t epoch) {
   BackgroundJob background_job = mapper_.take_background_job();
-  for (; background_job && !threaded_; background_job = mapper_.take_background_job()) {
-    background_job([] { return false; })(mapper_);
-    publish_mapper();
-  }
+  for (; background_job && !threaded_; background_job = mapper_.take_background_job())
+    change(background_job([] { return false; }), epoch);
   if (!background_job) return;
   std::optional<PendingBackgroundJob> job = PendingBackgroundJob{std::move(background_job), epoch};
   {

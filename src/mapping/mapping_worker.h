@@ -25,9 +25,10 @@ struct MappingWorkerOptions {
 /// Background jobs of the mapper have a second thread, so that keyframes are inserted
 /// meanwhile; inline they follow the job that created them.
 ///
-/// Exceptions: inline, an exception of a job comes out of the call that ran it. Threaded, the next offer,
-/// insert or wait throws it, once; reset drops it. begin drops it as well, and throws the exception of its
-/// own job.
+/// Exceptions: a job that throws changes nothing: the mapper is as before, and a map that was to be left goes
+/// on in the new epoch. Inline, the exception comes out of the call that ran the job. Threaded, the next
+/// offer, insert or wait throws it, once; reset drops it. begin drops it as well, and throws the exception of
+/// its own job.
 ///
 /// Threads: one thread calls; latest and unfinished_jobs may be called from any. mutex_ guards jobs_,
 /// background_job_, busy_, background_busy_, stop_, epoch_, new_options_, latest_ and error_. Only the worker
@@ -89,18 +90,19 @@ class MappingWorker {
 
   void drop_jobs(std::uint32_t epoch);
   void post(Job job);
+  bool post_if(const std::function<bool()>& has_room, Job job);
+  void wait_until_idle(bool in_background);
+  void rethrow_error();
   void stop();  // and wait for both threads
   void run();
   void run_background();
   void run_job(const Job& job);
-  void insert_and_seek(const KeyframeCandidate& candidate, Mapper& mapper);
+  void change(const Work& work, std::uint32_t epoch);
+  void seek();
   void start_background_job(std::uint32_t epoch);
-  void wait_for_jobs();
-  std::uint32_t current_epoch() const;
   int keyframes_waiting() const;
   void take_options();
   MapperOptions prepared(MapperOptions options) const;
-  int waiting() const;
 
   Mapper mapper_;
   const MappingWorkerOptions limits_;

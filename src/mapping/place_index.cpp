@@ -253,6 +253,15 @@ std::vector<KeyframeId> KeyframePlaces::find(const FeatureSet& features, int cou
   return ids;
 }
 
+void KeyframePlaces::reset(const Map& map) {
+  {
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    index_.clear();
+    known_.clear();
+  }
+  follow(map);
+}
+
 // Keyframe ids grow with time. The newest ids and the number of keyframes show what has changed; all
 // keyframes are visited only when one was removed.
 void KeyframePlaces::follow(const Map& map) {

@@ -131,6 +131,8 @@ class KeyframePlaces : public PlaceFinder {
 
   // Adds new keyframes to the index and drops removed ones.
   void follow(const Map& map);
+  // Makes the index anew, of a map that is not the followed one at a later time.
+  void reset(const Map& map);
   // Only for the mapper's thread.
   const PlaceIndex& index() const { return index_; }
 

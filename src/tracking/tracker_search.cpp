@@ -129,9 +129,9 @@ void Tracker::Impl::bootstrap_additional(const Frame& frame, FrameReport* report
   if (!known->map) return;
   const TrackingMapPtr before = worker_.latest();
   apply_corrections(*before);
-  others_[before->map_id] = before;
   ++epoch_;
   worker_.begin(epoch_, [&](Mapper& mapper) { mapper.begin_additional(*known->map, epoch_); });
+  others_[before->map_id] = before;
   keyframe_policy_.reset();
   innovation_gate_.reset();
   object_finder_.forget_places();

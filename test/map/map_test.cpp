@@ -333,6 +333,36 @@ TEST(MapViews, AreWhatTheMapIsAfterEachEdit) {
   expect_up_to_date(&earlier);
 }
 
+TEST(Map, ASnapshotIsTheMapAsItWas) {
+  Random random(3);
+  Map map;
+  for (int i = 0; i < 9; ++i) map.add_keyframe(i, i, Rigid3(), view_image(20));
+  for (int step = 0; step < 400; ++step) edit_at_random(random, &map);
+  map.remove_keyframe(4, 5);
+  const Map before = map;
+  const Map::Snapshot snapshot = map.snapshot();
+  for (int step = 0; step < 400; ++step) edit_at_random(random, &map);
+  map.rescale(3);
+  Map again = Map::of(snapshot);
+  again.check();
+  expect_up_to_date(&again);
+  ASSERT_EQ(again.landmark_ids(), before.landmark_ids());
+  for (const auto& [id, landmark] : before.landmarks()) {
+    EXPECT_EQ(again.landmark(id)->x_in_map, landmark.x_in_map);
+    EXPECT_EQ(again.landmark(id)->created_by, landmark.created_by);
+    EXPECT_EQ(again.landmark(id)->observations.size(), landmark.observations.size());
+  }
+  ASSERT_EQ(again.keyframes().size(), before.keyframes().size());
+  for (const auto& [id, keyframe] : before.keyframes()) {
+    EXPECT_EQ(again.keyframe(id)->camera_from_map.translation, keyframe.camera_from_map.translation);
+    EXPECT_EQ(again.keyframe(id)->landmark_of_feature, keyframe.landmark_of_feature);
+    EXPECT_EQ(again.covisible(id), before.covisible(id));
+  }
+  EXPECT_EQ(again.removed_keyframes().size(), 1u);
+  EXPECT_EQ(again.add_landmark({0, 0, 1}), Map(before).add_landmark({0, 0, 1}));
+  EXPECT_EQ(again.add_keyframe(9, 9, Rigid3(), view_image(1)), 9);
+}
+
 TEST(MapViews, AnEarlierOneStaysAsItWas) {
   Map map;
   const KeyframeId first = map.add_keyframe(0, 0, Rigid3(), view_image(2));

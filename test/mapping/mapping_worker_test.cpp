@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <future>
+#include <stdexcept>
 #include <thread>
 
 #include "common/rotation.h"
@@ -115,6 +116,62 @@ TEST_P(OnAThreadOrInline, UntilAnotherMapIsThereTheOneBeforeIs) {
   });
   EXPECT_EQ(meanwhile, before) << "who shows it must not show nothing";
   EXPECT_EQ(worker.latest()->epoch, 1u);
+}
+
+TEST_P(OnAThreadOrInline, AJobThatThrowsChangesNothing) {
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
+  begin(initial_map(), 0, &worker);
+  for (int i = 2; i < 6; ++i) {
+    worker.insert(candidate(*worker.latest(), i));
+    worker.wait();
+  }
+  const InitialMap other = initial_map();
+  const KeyframeCandidate next = candidate(*worker.latest(), 6);
+  Mapper untouched(TrackerOptions().mapper(camera_.focal()), camera_);
+  untouched.restore(worker.mapper().map(), 0);
+  const auto expect_untouched = [&] {
+    const Map& map = worker.mapper().map();
+    map.check();
+    ASSERT_EQ(map.keyframes().size(), untouched.map().keyframes().size());
+    ASSERT_EQ(map.landmark_ids(), untouched.map().landmark_ids());
+    for (const auto& [id, keyframe] : untouched.map().keyframes()) {
+      EXPECT_EQ(map.keyframe(id)->camera_from_map.translation, keyframe.camera_from_map.translation);
+      EXPECT_EQ(map.keyframe(id)->landmark_of_feature, keyframe.landmark_of_feature);
+      EXPECT_EQ(worker.latest()->keyframes.at(id).landmark_of_feature, keyframe.landmark_of_feature);
+    }
+    for (const LandmarkId id : map.landmark_ids())
+      EXPECT_EQ(map.landmark(id)->x_in_map, untouched.map().landmark(id)->x_in_map);
+    EXPECT_EQ(worker.mapper().inactive_maps(), untouched.inactive_maps());
+    EXPECT_EQ(worker.latest()->map_id, 1u);
+  };
+  const auto fail = [](const char* text) { throw std::runtime_error(text); };
+  const std::vector<MappingWorker::Work> changes = {
+      [&](Mapper& mapper) {
+        mapper.insert(next);
+        mapper.transform(Sim3(3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
+        fail("corrected");
+      },
+      [&](Mapper& mapper) {
+        mapper.begin_additional(other, 7);
+        mapper.resume(1, false, 8);
+        fail("switched");
+      },
+      [&](Mapper& mapper) {
+        mapper.initialize(other, 9);
+        fail("begun");
+      }};
+  std::uint32_t epoch = 0;
+  for (const MappingWorker::Work& change : changes) {
+    EXPECT_THROW((worker.offer(change), worker.wait()), std::runtime_error);
+    expect_untouched();
+    EXPECT_THROW(worker.begin(++epoch, change), std::runtime_error);
+    expect_untouched();
+    EXPECT_EQ(worker.latest()->epoch, epoch) << "the map that was to be left goes on";
+  }
+  ASSERT_TRUE(worker.insert(next));
+  worker.wait();
+  EXPECT_EQ(worker.latest()->keyframes.rbegin()->second.frame_index, 6);
+  worker.mapper().map().check();
 }
 
 INSTANTIATE_TEST_SUITE_P(Mapping, OnAThreadOrInline, testing::Bool(),

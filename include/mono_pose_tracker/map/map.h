@@ -150,6 +150,21 @@ class Map {
   /// The views of the present map. Valid until the next change.
   const MapViews& views();
 
+  /// The map at one time, to return to. It shares what has not changed with views(): it costs a pointer for
+  /// each keyframe and for each 128 landmarks.
+  struct Snapshot {
+    KeyframeViews keyframes;
+    LandmarkPositions landmarks;
+    std::map<KeyframeId, KeyframeLink> removed;
+    ScaleSource scale_source = ScaleSource::kMapUnits;
+    KeyframeId next_keyframe = 0;
+    LandmarkId next_landmark = 0;
+    std::map<KeyframeId, LandmarkId> first_landmark;
+  };
+  Snapshot snapshot();
+  /// created_by is known of the landmarks of the last sixteen keyframes.
+  static Map of(const Snapshot& snapshot);
+
   /// Throws std::logic_error naming the first invariant that does not hold. For tests.
   void check() const;
 
