@@ -79,8 +79,14 @@ ProblemSet<PoseProblem, Rigid3> pose_problems(const std::string& name, int count
 }
 
 std::vector<ProblemSet<PoseProblem, Rigid3>> pose_problem_sets(int count) {
+  const auto flat = [](double height) {
+    return [height](Random& random) { return flat_triangle_problem(random, height); };
+  };
   return {pose_problems("random_pose", count, random_pose_problem),
-          pose_problems("danger_cylinder", count, danger_cylinder_problem)};
+          pose_problems("danger_cylinder", count, danger_cylinder_problem),
+          pose_problems("flat_triangle_1e-2", count, flat(1e-2)),
+          pose_problems("flat_triangle_1e-3", count, flat(1e-3)),
+          pose_problems("flat_triangle_1e-4", count, flat(1e-4))};
 }
 
 double distance(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) { return distance_up_to_sign(a, b); }

@@ -112,6 +112,17 @@ inline PoseProblem random_pose_problem(Random& random) {
   return problem;
 }
 
+/// Two points in a 90 degree view at depths 1 to 10 and one between them, beside their line by a share of
+/// their distance: a flat triangle.
+inline PoseProblem flat_triangle_problem(Random& random, double height) {
+  PoseProblem problem = random_pose_problem(random);
+  const Eigen::Vector3d side = problem.points[2] - problem.points[0];
+  const Eigen::Vector3d across = side.cross(random_direction(random)).normalized();
+  problem.points[1] = problem.points[0] + random.uniform(0.1, 0.9) * side + height * side.norm() * across;
+  problem.bearings[1] = (problem.camera_from_map * problem.points[1]).normalized();
+  return problem;
+}
+
 /// Three points on a circle, seen from the cylinder over it: a double solution.
 inline PoseProblem danger_cylinder_problem(Random& random) {
   PoseProblem problem;
