@@ -107,10 +107,10 @@ void validate(const std::vector<Eigen::Vector3d>& bearings, const std::vector<Ei
                                 " points, expected equal numbers");
   }
   if (options.local_iterations < 0 || options.final_iterations < 1 || options.min_outliers < 1 ||
-      !(options.reach > 0)) {
+      !(options.reach > 0) || !(options.widening >= 1)) {
     throw std::invalid_argument(
-        "AbsolutePoseOptions: local_iterations must be at least 0, final_iterations and min_outliers at "
-        "least 1, reach positive");
+        "AbsolutePoseOptions: local_iterations must be at least 0, final_iterations, min_outliers and "
+        "widening at least 1, reach positive");
   }
   require_quality_of_each(options.quality, points.size(), "AbsolutePoseOptions", "matches");
 }
@@ -137,6 +137,8 @@ AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& be
   }
   CameraPose& pose = sampled.best.model;
   refine_camera_pose(matches, threshold, options.final_iterations, &pose);
+  if (options.widening > 1)
+    widen_camera_pose(matches, threshold, options.widening, options.final_iterations, &pose);
   std::vector<char> inliers;
   RansacScore score =
       score_camera_pose(matches, pose, threshold, std::numeric_limits<double>::infinity(), &inliers);

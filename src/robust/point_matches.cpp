@@ -198,6 +198,15 @@ void refine_camera_pose(const PointMatches& matches, double threshold, int max_i
   levenberg_marquardt(CameraPoseProblem{matches, threshold}, {max_iterations, 1e-9, 0}, pose);
 }
 
+void widen_camera_pose(const PointMatches& matches, double threshold, double widening, int max_iterations,
+                       CameraPose* pose) {
+  CameraPose candidate = *pose;
+  refine_camera_pose(matches, widening * threshold, max_iterations, &candidate);
+  refine_camera_pose(matches, threshold, max_iterations, &candidate);
+  const auto cost = [&](const CameraPose& of) { return CameraPoseProblem{matches, threshold}.cost(of); };
+  if (cost(candidate) < cost(*pose)) *pose = candidate;
+}
+
 void polish_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose) {
   const RansacScore score =
       score_camera_pose(matches, *pose, threshold, std::numeric_limits<double>::infinity());

@@ -40,6 +40,11 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
 /// have no say in it. The truncated cost never grows.
 void refine_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose);
 
+/// Escapes a local minimum: refine_camera_pose with a threshold `widening` times as wide, then with the
+/// threshold. Keeps the given pose unless that lowers the truncated cost.
+void widen_camera_pose(const PointMatches& matches, double threshold, double widening, int max_iterations,
+                       CameraPose* pose);
+
 /// refine_camera_pose with the threshold that the errors' noise suggests; leaves the pose, where matches
 /// beyond the threshold are more than noise explains.
 void polish_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose);

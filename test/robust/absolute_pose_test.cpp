@@ -78,6 +78,28 @@ TEST(AbsolutePose, IsNearlyAsPreciseAsLeastSquaresOfTheInliers) {
   EXPECT_LT(found, 1.15 * optimal);
 }
 
+// How many of 100 results cost more than the minimum next to the truth, at 80 % outliers.
+int stopped_at_worse_minima(double widening) {
+  int worse = 0;
+  for (int seed = 0; seed < 100; ++seed) {
+    const TwoViewScene scene = make_scene(0.8, kPixel, seed);
+    AbsolutePoseOptions options = default_options(seed);
+    options.ransac.threshold = 2 * kPixel;
+    options.widening = widening;
+    const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
+    const PointMatches matches(scene.bearings2, scene.points_in_first, 0);
+    CameraPose best = {scene.second_from_first.rotation_matrix(), scene.second_from_first.translation};
+    refine_camera_pose(matches, options.ransac.threshold, 50, &best);
+    const double cost = score_camera_pose(matches, best, options.ransac.threshold, kNoBound).cost;
+    worse += report.score > (1 + 1e-6) * cost;
+  }
+  return worse;
+}
+
+TEST(AbsolutePose, AWiderThresholdLeadsOutOfLocalMinima) {
+  EXPECT_LT(2 * stopped_at_worse_minima(AbsolutePoseOptions().widening), stopped_at_worse_minima(1));
+}
+
 // A fifth of the points have drifted, to beyond the threshold, but less far than noise would reach.
 TEST(AbsolutePose, PointsThatDriftedHaveNoShare) {
   double found = 0, within_threshold = 0;
@@ -226,6 +248,10 @@ TEST(AbsolutePose, RefusesBadOptions) {
   EXPECT_THROW(estimate_absolute_pose(scene.bearings2, scene.points_in_first, options),
                std::invalid_argument);
   EXPECT_THROW(estimate_absolute_pose(scene.bearings2, {}, default_options()), std::invalid_argument);
+  options = default_options();
+  options.widening = 0.5;
+  EXPECT_THROW(estimate_absolute_pose(scene.bearings2, scene.points_in_first, options),
+               std::invalid_argument);
 }
 
 }  // namespace

@@ -16,6 +16,9 @@ struct AbsolutePoseOptions {
   // precise as least squares of the correct matches. Left out where more matches lie beyond the threshold
   // than noise explains, as in a map that drifts. Score and inliers are of the pose before this step.
   bool refined_within_noise = true;
+  // The result is refined once more from a threshold this many times as wide, at least 1 (left out), and the
+  // pose with the lower cost is kept: with few inliers, a third of the results are local minima nearby.
+  double widening = 3;
   int local_iterations = 5;   // of the refinement of a model just sampled, at least 0
   int final_iterations = 20;  // of the result, at least 1; quadratic convergence ends it after a few
   // Of asks_outliers. Where far points leave the position open, it can be fitted to one or two outliers; one
@@ -29,6 +32,7 @@ struct AbsolutePoseOptions {
     AbsolutePoseOptions options;
     options.ransac = ransac;
     options.refined_within_noise = false;
+    options.widening = 1;
     return options;
   }
 };
