@@ -133,7 +133,7 @@ class BagsTest(unittest.TestCase):
             self.assertEqual(play_bag.transport_note("/axis/compressed", image, "compressed"),
                              f"{image} holds compressed images: image_transport:=compressed")
 
-    def test_a_calibration_on_another_topic_is_used_beside_the_images_and_named_elsewhere(self):
+    def test_a_calibration_on_another_topic_is_used_next_to_the_images_and_named_elsewhere(self):
         topics = {"/axis/compressed": play_bag.PACKED, "/axis/camera_info": play_bag.INFO, "/b/camera_info": play_bag.INFO}
         wanted = "/camera_info"
         note = f"the bag has no camera_info on {wanted}, but on /axis/camera_info, /b/camera_info: "
