@@ -1,6 +1,6 @@
 #include "alternative_map.h"
 
-#include <cmath>
+#include <algorithm>
 #include <unordered_map>
 #include <vector>
 
@@ -25,21 +25,16 @@ double capped_error2(const Map& map, const Observation& observation, double outl
 }  // namespace
 
 double p_value_of(const Map& alternative, const Map& map, const AlternativeMapOptions& options) {
-  const auto count = static_cast<double>(map.landmarks().size());
-  double cost = 0, sum = 0, squared = 0;
+  std::vector<double> costs, others;
   for (const LandmarkId id : map.landmark_ids()) {
-    double own = 0, other = 0;
+    costs.push_back(0);
+    others.push_back(0);
     for (const Observation& o : map.landmark(id)->observations) {
-      own += capped_error2(map, o, options.outlier_sigmas);
-      other += capped_error2(alternative, o, options.outlier_sigmas);
+      costs.back() += capped_error2(alternative, o, options.outlier_sigmas);
+      others.back() += capped_error2(map, o, options.outlier_sigmas);
     }
-    cost += own;
-    sum += other - own;
-    squared += (other - own) * (other - own);
   }
-  const double variance = (squared - sum * sum / count) / (count - 1);  // of a difference
-  if (count < 2 || variance <= 0 || sum <= options.min_extra_cost * cost) return 1;
-  return student_tail(sum / std::sqrt(count * variance), static_cast<int>(count) - 1);
+  return p_value_of_extra_cost(costs, others, options.min_extra_cost);
 }
 
 std::optional<Map> sample_of(const BundleOptions& bundle, const AlternativeMapOptions& options,
