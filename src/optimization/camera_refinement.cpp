@@ -20,6 +20,7 @@
 #include "camera/distortion.h"
 #include "ceres_solver.h"
 #include "common/rotation.h"
+#include "common/statistics.h"
 #include "map_adjustment.h"
 #include "reduced_system.h"
 
@@ -181,10 +182,13 @@ std::vector<KeyframeId> chosen_keyframes(const Map& map, const CameraRefinementO
   std::sort(by_time.begin(), by_time.end());
   const int surplus = std::max(static_cast<int>(by_time.size()) - options.max_keyframes, 0);
   const auto count = static_cast<double>(by_time.size()) - surplus;
-  const auto first = surplus / 2 + static_cast<std::size_t>(options.begin * count);
-  const auto last = surplus / 2 + static_cast<std::size_t>(options.end * count);
+  const auto first = static_cast<std::size_t>(options.begin * count);
+  const auto last = static_cast<std::size_t>(options.end * count);
   std::vector<KeyframeId> chosen;
-  for (std::size_t i = first; i < last; ++i) chosen.push_back(by_time[i].second);
+  for (std::size_t i = 0; i < by_time.size() - surplus; ++i) {
+    const bool is_in_part = i >= first && i < last;
+    if (is_in_part != options.is_part_excluded) chosen.push_back(by_time[surplus / 2 + i].second);
+  }
   return chosen;
 }
 
@@ -387,6 +391,28 @@ std::optional<CameraModel> sound_camera(const CalibratingCamera& start, const Ca
   return std::nullopt;
 }
 
+// Costs of the points after an adjustment with a focal length of their own; none where there is no solution.
+std::vector<double> adjusted_costs(const CameraRefinementOptions& options, const CameraParameters& camera,
+                                   double width, Problem problem) {
+  const CalibratingCamera calibrating(camera);
+  // The poses come from another camera: the first adjustment takes errors of their size for usual.
+  const double first =
+      loss_width_by_spread(options.loss_width, residual_lengths(CameraModel(camera), problem));
+  if (!solve(options, calibrating, kFocal, first, &problem) ||
+      !solve(options, calibrating, kFocal, width, &problem))
+    return {};
+  const std::optional<CameraModel> adjusted = sound_camera(calibrating, problem.step);
+  if (!adjusted) return {};
+  const std::vector<double> lengths = residual_lengths(*adjusted, problem);
+  std::vector<double> costs(problem.points.size());
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    const double square = lengths[i] * lengths[i];
+    costs[problem.observations[i].point] +=
+        width > 0 ? width * width * std::log1p(square / (width * width)) : square;
+  }
+  return costs;
+}
+
 }  // namespace
 
 CameraRefinement refine_camera(const CameraRefinementOptions& options, const CameraParameters& camera,
@@ -404,14 +430,14 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
 
   // What is known is asked where all fits best: a distortion that nobody told of is no noise.
   Problem at = problem;
-  if (!solve(options, calibrating, kAll, width, &at) || !sound_camera(calibrating, at.step)) {
-    at = problem;
-  }
+  const bool has_distortion =
+      solve(options, calibrating, kAll, width, &at) && sound_camera(calibrating, at.step).has_value();
+  if (!has_distortion) at = problem;
   const std::optional<CameraModel> best = sound_camera(calibrating, at.step);
   if (!best) return result;
   width = loss_width_by_spread(options.loss_width, residual_lengths(*best, at));
   const Information information = marginal_information(calibrating, width, at);
-  ask_distortion(camera, at.step, information, &result);
+  if (has_distortion) ask_distortion(camera, at.step, information, &result);
   if (std::abs(result.focal_asked) < options.least_focal_change &&
       std::abs(result.distortion_asked_px) < options.least_distortion_px) {
     result.focal_sigma = sigmas(information, kAll)[0];
@@ -434,6 +460,16 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
     break;
   }
   return result;
+}
+
+double p_value_of_worse_fit(const CameraRefinementOptions& options, const CameraParameters& camera,
+                            const CameraParameters& alternative, const Map& map, double min_extra_cost) {
+  const CameraModel given(camera);
+  const Problem problem = build(options, given, map);
+  const double width = loss_width_by_spread(options.loss_width, residual_lengths(given, problem));
+  const std::vector<double> costs = adjusted_costs(options, camera, width, problem),
+                            others = adjusted_costs(options, alternative, width, problem);
+  return costs.size() == others.size() ? p_value_of_extra_cost(costs, others, min_extra_cost) : 1;
 }
 
 }  // namespace mono_pose_tracker

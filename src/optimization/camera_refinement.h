@@ -15,14 +15,15 @@ struct CameraRefinementOptions {
   /// Cauchy loss, in sigmas, times the residuals' own spread; 0: squared loss.
   double loss_width = 2.0;
   int num_threads = 1;  // Ceres does not repeat its sums on more than one
-  double function_tolerance = 1e-6;  // relative change of the cost at which a solve ends
   /// Called after every iteration of a solve; true: nothing more is refined.
   std::function<bool()> cancel;
+  double function_tolerance = 1e-6;  // relative change of the cost at which a solve ends
   /// Number of keyframes used, from the middle of a longer recording: the reduced system is dense.
   int max_keyframes = 150;
   int max_landmarks = 200;  // of each keyframe: those that most keyframes see
-  /// The part of these keyframes, by time, between these shares of them.
+  /// The part of these keyframes, by time, between these shares of them; or all the others.
   double begin = 0, end = 1;
+  bool is_part_excluded = false;
   /// If the estimated changes are smaller than both, no refinement follows: only these changes are reported.
   double least_focal_change = 0;   // relative
   double least_distortion_px = 0;  // as CameraRefinement::distortion_asked_px
@@ -51,5 +52,12 @@ struct CameraRefinement {
 /// map is not changed; track again with the new camera to benefit from it.
 CameraRefinement refine_camera(const CameraRefinementOptions& options, const CameraParameters& camera,
                                const Map& map);
+
+/// Probability that `camera` fits a map so much worse than `alternative` by chance, if it were no worse:
+/// poses, points and focal length are adjusted with either, and Student's t-test compares the landmarks'
+/// costs (p_value_of_extra_cost). 1 where its cost is not higher by min_extra_cost, a share of the
+/// alternative's, or nothing can be adjusted.
+double p_value_of_worse_fit(const CameraRefinementOptions& options, const CameraParameters& camera,
+                            const CameraParameters& alternative, const Map& map, double min_extra_cost);
 
 }  // namespace mono_pose_tracker

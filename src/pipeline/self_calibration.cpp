@@ -33,6 +33,11 @@ CameraParameters between(const CameraParameters& a, CameraParameters b) {
 // refinement.
 double change_asked(const CameraRefinement& r) { return r.focal_observable ? r.focal_change : r.focal_asked; }
 
+// Estimated change of a parameter, with its standard deviation by the covariance.
+struct EstimatedChange {
+  double change = 0, sigma = 0;
+};
+
 using EstimateOf = std::function<EstimatedChange(const CameraRefinement&)>;
 
 EstimatedChange focal_estimate(const CameraRefinement& r) { return {r.focal_asked, r.focal_asked_sigma}; }
@@ -41,36 +46,35 @@ EstimatedChange distortion_estimate(const CameraRefinement& r) {
   return {r.distortion_asked_px, r.distortion_sigma_px};
 }
 
-// Estimates from parts of the recording, each by itself; those that determine a change of this size.
-std::vector<EstimatedChange> estimates_of_parts(CameraRefinementOptions options,
-                                                const CalibrationDoubtOptions& limits,
-                                                const CameraParameters& camera, const Map& map,
-                                                const EstimateOf& estimate_of, double change, int count) {
-  options.least_focal_change = options.least_distortion_px = std::numeric_limits<double>::infinity();
+CameraRefinementOptions rough(CameraRefinementOptions options, const CalibrationDoubtOptions& limits) {
   options.max_landmarks = std::min(options.max_landmarks, limits.landmarks);
-  std::vector<EstimatedChange> parts;
-  for (int i = 0; i < count; ++i) {
-    options.begin = static_cast<double>(i) / count;
-    options.end = (i + 1.0) / count;
-    const EstimatedChange part = estimate_of(refine_camera(options, camera, map));
-    if (part.sigma < std::abs(change)) parts.push_back(part);
-  }
-  return parts;
+  options.function_tolerance = limits.rough_tolerance;
+  return options;
 }
 
-// Whether the images show a change beyond the tolerated one.
+// Whether the images show a change beyond the tolerated one: each part of the recording is estimated by
+// itself and excluded in turn.
 bool is_shown(const CameraRefinementOptions& options, const CalibrationDoubtOptions& limits,
-              const CameraParameters& camera, const Map& map, const EstimateOf& estimate_of,
-              const EstimatedChange& whole, double tolerated) {
+              const CameraParameters& camera, const Map& map, const EstimateOf& estimate_of, double change,
+              double tolerated) {
   const int keyframes = std::min(static_cast<int>(map.keyframes().size()), options.max_keyframes);
-  std::vector<EstimatedChange> parts;
-  for (int count = std::min(limits.max_parts, keyframes / limits.part_keyframes); count >= limits.min_parts;
-       count /= 2) {
-    std::vector<EstimatedChange> these =
-        estimates_of_parts(options, limits, camera, map, estimate_of, whole.change, count);
-    if (these.size() > parts.size()) parts = std::move(these);
+  const int count = std::min(limits.max_parts, keyframes / limits.part_keyframes);
+  CameraRefinementOptions of_part = rough(options, limits);
+  of_part.least_focal_change = of_part.least_distortion_px = std::numeric_limits<double>::infinity();
+  std::vector<double> without_part;
+  double information = 0;
+  for (int i = 0; i < count; ++i) {
+    of_part.begin = static_cast<double>(i) / count;
+    of_part.end = (i + 1.0) / count;
+    of_part.is_part_excluded = false;
+    const double sigma = estimate_of(refine_camera(of_part, camera, map)).sigma;
+    information += 1 / (sigma * sigma);
+    of_part.is_part_excluded = true;
+    const EstimatedChange rest = estimate_of(refine_camera(of_part, camera, map));
+    if (!std::isfinite(rest.sigma)) return false;
+    without_part.push_back(rest.change);
   }
-  return exceeds(whole, parts, tolerated, limits);
+  return exceeds(change, without_part, 1 / std::sqrt(information), tolerated, limits);
 }
 
 // Relative contradiction between images and focal length; 0 where there is none, or none that is significant.
@@ -80,7 +84,7 @@ double contradiction(const CameraRefinementOptions& options, const CalibrationDo
   const double change = change_asked(r);
   const bool is_clear =
       std::abs(change) >= least_change && change * r.focal_asked > 0 &&
-      is_shown(options, limits, camera, map, focal_estimate, focal_estimate(r), limits.tolerated_change);
+      is_shown(options, limits, camera, map, focal_estimate, r.focal_asked, limits.tolerated_change);
   return is_clear ? change : 0;
 }
 
@@ -101,15 +105,24 @@ double half_diagonal_px(const CameraParameters& camera) {
   return 0.5 * std::hypot(camera.width, camera.height);
 }
 
+CameraParameters without_distortion(CameraParameters camera) {
+  camera.distortion_model = "plumb_bob";
+  camera.distortion.clear();
+  return camera;
+}
+
 std::string doubt_of_distortion(const CameraRefinementOptions& options, const CalibrationDoubtOptions& limits,
-                                const CameraParameters& camera, const Map& map, const CameraRefinement& r) {
-  const double change = r.distortion_asked_px;
-  const double reach = half_diagonal_px(camera);
-  if (std::abs(change) < limits.min_distortion_share * reach ||
-      !is_shown(options, limits, camera, map, distortion_estimate, distortion_estimate(r),
-                limits.tolerated_change * reach))
-    return "";
+                                const CameraParameters& camera, const Map& map, double change) {
+  const double reach = half_diagonal_px(camera), least = limits.min_distortion_share * reach;
+  if (std::abs(change) < least) return "";
   const double given = corner_distortion_px(CameraModel(camera));
+  const bool is_better_without =
+      std::abs(given) >= least &&
+      p_value_of_worse_fit(rough(options, limits), camera, without_distortion(camera), map,
+                           limits.min_extra_cost) < limits.significance;
+  if (!is_better_without &&
+      !is_shown(options, limits, camera, map, distortion_estimate, change, limits.tolerated_change * reach))
+    return "";
   const bool looks_rectified = std::abs(given + change) < limits.left_of_rectified * std::abs(given);
   return formatted(
              "the calibration does not fit the images, probably because of its distortion: it is off by %.0f "
@@ -269,7 +282,9 @@ class Calibrator {
   // contradict.
   bool guess_anew(const CameraRefinement& r, const Map& map) {
     if (source_ != CalibrationSource::kGuessed) return false;
-    const double change = contradiction(options_, limits_.doubt, camera_, map, r, limits_.wrong_guess);
+    CalibrationDoubtOptions doubt = limits_.doubt;
+    doubt.significance = limits_.guess_significance;
+    const double change = contradiction(options_, doubt, camera_, map, r, limits_.wrong_guess);
     if (change == 0 || is_cancelled()) return false;
     camera_ = with_focal(camera_, 1 + change);
     return true;
@@ -322,30 +337,26 @@ SelfCalibration calibrate_by_tracking(const CameraParameters& start, Calibration
   return Calibrator(start, source, options, track, limits).run();
 }
 
-bool exceeds(const EstimatedChange& whole, const std::vector<EstimatedChange>& parts, double tolerated,
+bool exceeds(double change, const std::vector<double>& without_part, double sigma, double tolerated,
              const CalibrationDoubtOptions& limits) {
-  if (parts.size() < 2) return false;
-  double sum = limits.usual_scatter * limits.usual_scatter;
-  for (const EstimatedChange& part : parts) {
-    const double difference = (part.change - whole.change) / part.sigma;
-    sum += difference * difference;
-  }
-  const int degrees_of_freedom = static_cast<int>(parts.size());  // one of the usual scatter, less one
-  const double sigma = whole.sigma * std::sqrt(std::max(1.0, sum / degrees_of_freedom));
-  return std::abs(whole.change) >
-         tolerated + student_quantile(limits.significance, degrees_of_freedom) * sigma;
+  const auto count = static_cast<double>(without_part.size());
+  if (count < limits.min_parts) return false;
+  double mean = 0, squared = 0;
+  for (const double estimate : without_part) mean += estimate / count;
+  for (const double estimate : without_part) squared += (estimate - mean) * (estimate - mean);
+  const double between_parts = std::sqrt((count - 1) / count * squared);
+  const double t = (std::abs(change) - tolerated) / std::max(between_parts, sigma);
+  return 2 * student_tail(t, static_cast<int>(count) - 1) < limits.significance;
 }
 
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map, const CalibrationDoubtOptions& limits) {
   // Of all parameters together the images may ask for more than of the focal length alone.
-  CameraRefinementOptions first = options;
+  CameraRefinementOptions first = rough(options, limits);
   first.least_focal_change = 0.5 * limits.min_focal_change;
-  first.max_landmarks = std::min(first.max_landmarks, limits.landmarks);
-  first.function_tolerance = limits.rough_tolerance;
   first.least_distortion_px = limits.min_distortion_share * half_diagonal_px(camera);
   const CameraRefinement r = refine_camera(first, camera, map);
-  const std::string doubt = doubt_of_distortion(options, limits, camera, map, r);
+  const std::string doubt = doubt_of_distortion(options, limits, camera, map, r.distortion_asked_px);
   if (!doubt.empty()) return doubt;
   const double change = contradiction(options, limits, camera, map, r, limits.min_focal_change);
   if (change == 0) return "";

@@ -30,22 +30,22 @@ struct SelfCalibration {
 /// When a calibration is reported as wrong. Changes of the focal length are relative, those of the distortion
 /// are displacements of the image corners as a share of their distance from the centre.
 struct CalibrationDoubtOptions {
-  /// Share of right calibrations that are reported as wrong, of focal lengths and of distortions; in (0, 1).
+  /// Rate of false alarms of each of the three tests (focal length, distortion, rectified images), among
+  /// calibrations within the tolerance; in (0, 1). Nominal: it supposes parts with independent errors.
   double significance = 1e-3;
   /// Error of a right calibration: focusing changes the focal length by one or two per cent.
   double tolerated_change = 0.02;
   /// Least change that is reported: smaller ones hardly distort the path.
   double min_focal_change = 0.05, min_distortion_share = 0.05;
-  int landmarks = 60;      // of each keyframe: enough to show such a change
-  double rough_tolerance = 1e-4;  // of the cost, until such a change shows
-  int part_keyframes = 3;  // least of a part of the recording: points need three views
-  /// Parts of the recording: as many as there can be, or half as many again and again where more of them
-  /// determine the change. With more than 16, Student's t is nearly normal; of two it exceeds 600.
-  int max_parts = 16, min_parts = 3;
-  /// Ratio of the scatter between parts to the covariance's, before a recording shows its own: the median of
-  /// 70 maps from 10 recordings (4 to 16 parts). It counts as one part.
-  double usual_scatter = 2.35;
+  /// Least additional cost of distortion in rectified images, as AlternativeMapOptions::min_extra_cost.
+  double min_extra_cost = 0.1;
   double left_of_rectified = 1.0 / 3;  // most of the calibration's distortion that rectified images have
+  double rough_tolerance = 1e-4;       // function_tolerance of these estimates: far below such changes
+  int landmarks = 60;                  // of each keyframe: enough to show such a change
+  int part_keyframes = 3;              // least of a part of the recording: points need three views
+  /// Parts of the recording: as many as there can be. With more than 16, Student's t is nearly normal; of two
+  /// it exceeds 600.
+  int max_parts = 16, min_parts = 3;
 };
 
 /// When the camera has converged. Changes of the focal length are relative.
@@ -58,9 +58,10 @@ struct SelfCalibrationOptions {
   /// With few views the estimate oscillates by one per cent about the right camera; larger changes are not
   /// converged. Also in units of the image's longer side, at its edge.
   double unsettled_change = 0.02;
-  double settled_shift_px = 1;    // localisation error of a feature
-  double settled_change = 0.003;  // a third of the one per cent accuracy of a refined focal length
-  double wrong_guess = 0.05;      // least change of a guessed focal length that is corrected
+  double settled_shift_px = 1;       // localisation error of a feature
+  double settled_change = 0.003;     // a third of the one per cent accuracy of a refined focal length
+  double wrong_guess = 0.05;         // least change of a guessed focal length that is corrected
+  double guess_significance = 0.01;  // of that change: no calibration is at stake
   CalibrationDoubtOptions doubt;
 };
 
@@ -73,20 +74,14 @@ SelfCalibration calibrate_by_tracking(const CameraParameters& start, Calibration
                                       const CameraRefinementOptions& options, const TrackWithCamera& track,
                                       const SelfCalibrationOptions& limits = {});
 
-/// Estimated change of a parameter, with its standard deviation by the covariance.
-struct EstimatedChange {
-  double change = 0, sigma = std::numeric_limits<double>::infinity();
-};
-
-/// Whether an estimate from the whole recording exceeds the tolerated change in magnitude. The covariance
-/// takes the errors of all observations for independent. Errors along a track or within a part of the
-/// recording are not: features drift, an image is blurred, a lens or an object is not as modelled. Estimates
-/// from separate parts then differ from that of the whole by more than their covariances. The mean square
-/// of these differences multiplies the variance (Birge, Phys. Rev. 40, 1932; quasi-likelihood: Wedderburn,
-/// Biometrika 61, 1974), together with the usual one (moderated t: Smyth, Stat. Appl. Genet. Mol. Biol. 3,
-/// 2004): the quotient has Student's distribution. False for less than two parts. An error that all parts
-/// have in common must be tolerated.
-bool exceeds(const EstimatedChange& whole, const std::vector<EstimatedChange>& parts, double tolerated,
+/// Whether an estimate from the whole recording exceeds the tolerated change in magnitude: Student's t-test.
+/// Its covariance takes the errors of all observations for independent. Errors within a part of the recording
+/// are not: features drift, an image is blurred, an object is not rigid. The standard deviation is therefore
+/// that of the jackknife (Tukey 1958): from the estimates without each of the parts. Where neighbouring parts
+/// share an error, it is too small; `sigma`, the standard deviation of what the parts know together, each by
+/// itself, is its lower bound. An error that all parts have in common must be tolerated. False for less than
+/// min_parts.
+bool exceeds(double change, const std::vector<double>& without_part, double sigma, double tolerated,
              const CalibrationDoubtOptions& limits);
 
 /// A message for the user where a map contradicts the calibration with which it was made; else empty. Names

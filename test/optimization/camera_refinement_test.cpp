@@ -82,6 +82,22 @@ TEST(CameraRefinement, WhatTheMotionDoesNotTellStays) {
   EXPECT_EQ(r.camera, given);
 }
 
+TEST(CameraRefinement, TheCameraOfTheImagesFitsBetter) {
+  constexpr double kMinExtra = 0.1;
+  CameraParameters lens = synthetic_camera().parameters();
+  lens.distortion = {-0.2, 0.05, 0, 0, 0};
+  const CameraParameters pinhole = synthetic_camera().parameters();
+  for (const CameraParameters& truth : {lens, pinhole}) {
+    const CameraParameters& other = truth == lens ? pinhole : lens;
+    for (const CameraParameters& tracked_with : {lens, pinhole}) {
+      const Map map = map_of(round_about(), CameraModel(truth), CameraModel(tracked_with));
+      EXPECT_LT(p_value_of_worse_fit({}, other, truth, map, kMinExtra), 1e-6);
+      EXPECT_EQ(p_value_of_worse_fit({}, truth, other, map, kMinExtra), 1);
+    }
+  }
+  EXPECT_EQ(p_value_of_worse_fit({}, lens, pinhole, Map(), kMinExtra), 1);
+}
+
 TEST(CameraRefinement, AMapOfNothingTellsNothing) {
   const CameraRefinement r = refine_camera({}, synthetic_camera().parameters(), Map());
   EXPECT_FALSE(r.focal_observable);

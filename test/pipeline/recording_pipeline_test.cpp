@@ -60,14 +60,14 @@ TEST_F(RecordingPipelineTest, AConfirmedRecordingIsTrackedOnce) {
 
 TEST_F(RecordingPipelineTest, AWrongCameraIsReportedWithAnyNumberOfThreads) {
   const SimulatedRoom room = simulated_room(40, 2);
-  CameraParameters shorter = room.camera.parameters();
-  shorter.fx *= 0.8, shorter.fy *= 0.8;
+  CameraParameters raw = room.camera.parameters();  // its images are rectified
+  raw.distortion = {-0.3, 0.1, 0, 0, 0};
   std::vector<std::vector<std::string>> warnings;
   for (const int threads : {1, 2}) {
     Recording given;
     given.open = [&] { return std::make_unique<RoomImages>(room); };
     given.threads = threads;
-    const TrackedRecording tracked = run_pipeline(given, shorter, nothing_observed);
+    const TrackedRecording tracked = run_pipeline(given, raw, nothing_observed);
     ASSERT_TRUE(tracked.result.tracked);
     EXPECT_TRUE(tracked.result.maps.front().quality.has(FindingKind::kCalibration));
     EXPECT_FALSE(is_confirmed(tracked.result));
