@@ -11,8 +11,8 @@
 namespace mono_pose_tracker {
 
 struct OdometryScaleOptions {
-  double segment_metres = 0.15;  // m: long compared with the millimetres between an encoder's ticks, short
-                                 // enough for ten segments in a metre and a half
+  double segment_metres = 0.15;   // m: long compared with the millimetres between an encoder's ticks, short
+                                  // enough for ten segments in a metre and a half
   std::size_t min_segments = 10;  // with fewer their spread is uncertain
   std::size_t max_segments = 40;  // that are kept: six metres. The scale may have drifted since older ones
   double min_cosine = std::cos(20 * kDegree);  // of the angle between the two directions of one motion;

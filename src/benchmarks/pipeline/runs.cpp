@@ -14,10 +14,10 @@
 
 #include "evaluation/doubt_error.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
+#include "pipeline/recording.h"
 #include "ros/camera_info.h"
 #include "ros/image_conversion.h"
 #include "tools/json.h"
-#include "pipeline/recording.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -9,8 +9,8 @@
 #include "io/given_positions.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
-#include "robust/position_alignment.h"
 #include "pipeline/recording.h"
+#include "robust/position_alignment.h"
 
 namespace mono_pose_tracker {
 

@@ -20,8 +20,8 @@
 #include "model_export.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/ply.h"
-#include "tools/json.h"
 #include "pipeline/object_masks.h"
+#include "tools/json.h"
 
 namespace mono_pose_tracker {
 

@@ -10,8 +10,8 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/map/map.h"
-#include "report.h"
 #include "pipeline/recording.h"
+#include "report.h"
 
 namespace mono_pose_tracker {
 
