@@ -61,20 +61,24 @@ bool is_shown(const CameraRefinementOptions& options, const CalibrationDoubtOpti
   const int count = std::min(limits.max_parts, keyframes / limits.part_keyframes);
   CameraRefinementOptions of_part = rough(options, limits);
   of_part.least_focal_change = of_part.least_distortion_px = std::numeric_limits<double>::infinity();
-  std::vector<double> without_part;
-  double information = 0;
-  for (int i = 0; i < count; ++i) {
+  const auto estimate_at = [&](int i) {
     of_part.begin = static_cast<double>(i) / count;
     of_part.end = (i + 1.0) / count;
-    of_part.is_part_excluded = false;
-    const double sigma = estimate_of(refine_camera(of_part, camera, map)).sigma;
-    information += 1 / (sigma * sigma);
-    of_part.is_part_excluded = true;
-    const EstimatedChange rest = estimate_of(refine_camera(of_part, camera, map));
+    return estimate_of(refine_camera(of_part, camera, map));
+  };
+  double information = 0;
+  for (int i = 0; i < count; ++i) information += std::pow(estimate_at(i).sigma, -2);
+  // The standard deviation is at least that of the parts: often the rest need not be estimated.
+  const double sigma = 1 / std::sqrt(information);
+  if (!exceeds(change, std::vector<double>(count, change), sigma, tolerated, limits)) return false;
+  of_part.is_part_excluded = true;
+  std::vector<double> without_part;
+  for (int i = 0; i < count; ++i) {
+    const EstimatedChange rest = estimate_at(i);
     if (!std::isfinite(rest.sigma)) return false;
     without_part.push_back(rest.change);
   }
-  return exceeds(change, without_part, 1 / std::sqrt(information), tolerated, limits);
+  return exceeds(change, without_part, sigma, tolerated, limits);
 }
 
 // Relative contradiction between images and focal length; 0 where there is none, or none that is significant.
