@@ -83,18 +83,6 @@ inline double student_tail(double t, int degrees) {
   return t >= 0 ? tail : 1 - tail;
 }
 
-/// The magnitude that Student's t exceeds with this probability, in (0, 1), on either side.
-inline double student_quantile(double probability, int degrees) {
-  const auto exceeds = [&](double t) { return 2 * student_tail(t, degrees) > probability; };
-  double below = 0, above = 1;
-  while (exceeds(above)) above *= 2;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (below + above);
-    (exceeds(middle) ? below : above) = middle;
-  }
-  return above;
-}
-
 /// Probability that one hypothesis costs so much more than another by chance, if it were no worse: Student's
 /// t-test of the differences of costs of independent data (Vuong 1989). 1 where it does not cost more by
 /// min_extra, a share of the other's cost.

@@ -58,6 +58,7 @@ void scale_covariances(const std::function<double(KeyframeId)>& scale_of, Keyfra
   }
   covariances->change(std::move(changes));
 }
+
 std::vector<std::uint32_t> Atlas::inactive_ids() const {
   std::vector<std::uint32_t> ids;
   for (const auto& entry : inactive_) ids.push_back(entry.first);
@@ -149,8 +150,7 @@ void Atlas::join(std::uint32_t older_id, std::uint32_t newer_id, JoinedMaps join
   correction.added = added;
   correction.scale = joined.scale;
   add(std::move(correction));
-  if (takes_unit)
-    transform(Sim3(1 / joined.scale, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), unit_of_newer);
+  if (takes_unit) transform(Sim3::scaling(1 / joined.scale), unit_of_newer);
 }
 
 void Atlas::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
@@ -166,7 +166,7 @@ void Atlas::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale
 bool Atlas::renew_unit(const ScaleOptions& scale, const MapperLimits& limits, double least_change) {
   const std::optional<double> metres = present_.unit.metres(map().scale_source(), scale, limits, map());
   if (!metres || std::abs(*metres - 1) <= least_change) return false;
-  transform(Sim3(*metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()));
+  transform(Sim3::scaling(*metres));
   return true;
 }
 

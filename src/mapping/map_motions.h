@@ -19,7 +19,7 @@
 namespace mono_pose_tracker {
 
 /// Judges the motions in a growing map as those of a finished one (MotionEvidence, StaticSegmentation), by
-/// its first and newest keyframes. Owned by the Mapper; used by its thread.
+/// its first and newest keyframes. Part of MapMotions; used by the mapper's thread.
 ///
 ///     MotionWatch watch(options);
 ///     watch.begin(images_of_the_first_view);
@@ -61,7 +61,7 @@ class MotionWatch {
 ///     MapMotions motions(options);
 ///     motions.add(id, frame);
 ///     motions.separate(options, 2, id, &map);
-///     if (motions.is_excluded(id, feature)) ...
+///     if (is_flagged(motions.excluded(), id, feature)) ...
 class MapMotions {
  public:
   explicit MapMotions(const MapperOptions& options = {});

@@ -30,10 +30,6 @@ bool was_corrected(const MapperOptions& options, const MapperLimits& limits, Map
 // degrees or so, up to sixty, where a reversal fits plainly worse. Each test takes several adjustments.
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
-Sim3 scaled_by(double factor) {
-  return Sim3(factor, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
-}
-
 // Share of the keyframe's landmarks for which it is redundant: at least redundant_observers others observe
 // them on the same scale or a finer one. 1 when it observes none.
 double redundant_share(const MapperLimits& limits, const Map& map, const Keyframe& keyframe) {
@@ -294,7 +290,7 @@ void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3
     return;
   present().unit.markers[newest] = marker;
   if (const auto metres = present().unit.metres(ScaleSource::kMarker, options_.scale, limits_, map()))
-    transform(scaled_by(*metres), ScaleSource::kMarker);
+    transform(Sim3::scaling(*metres), ScaleSource::kMarker);
 }
 
 void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {

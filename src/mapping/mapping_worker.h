@@ -22,8 +22,8 @@ struct MappingWorkerOptions {
 
 /// Runs a Mapper and other jobs one after the other. Inline, every call returns when its work is done
 /// (repeatable). Threaded, the jobs run on a thread of their own, and only wait, begin and ask wait for work.
-/// Background jobs of the mapper have a second thread, so that keyframes are inserted
-/// meanwhile; inline they follow the job that created them.
+/// Background jobs of the mapper have a second thread, so that keyframes are inserted meanwhile; inline they
+/// follow the job that created them.
 ///
 /// Exceptions: a job that throws changes nothing: the mapper is as before, and a map that was to be left goes
 /// on in the new epoch. Inline, the exception comes out of the call that ran the job. Threaded, the next

@@ -29,7 +29,7 @@ class TrackExtender {
 
   /// Projects landmarks that the target keyframe does not observe into it. A landmark that matches a feature
   /// gains an observation. Where the feature already observes another landmark, the two are merged if both
-  /// agree with all of their observations. landmarks: nothing: all.
+  /// agree with all of their observations. Without `landmarks`, all of the map.
   void extend(KeyframeId target,
               const std::optional<std::vector<LandmarkId>>& landmarks = std::nullopt) const;
   /// Triangulates new landmarks from features matched along epipolar lines.

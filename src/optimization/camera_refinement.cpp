@@ -430,14 +430,14 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
 
   // What is known is asked where all fits best: a distortion that nobody told of is no noise.
   Problem at = problem;
-  const bool has_distortion =
+  const bool is_solved =
       solve(options, calibrating, kAll, width, &at) && sound_camera(calibrating, at.step).has_value();
-  if (!has_distortion) at = problem;
+  if (!is_solved) at = problem;
   const std::optional<CameraModel> best = sound_camera(calibrating, at.step);
   if (!best) return result;
   width = loss_width_by_spread(options.loss_width, residual_lengths(*best, at));
   const Information information = marginal_information(calibrating, width, at);
-  if (has_distortion) ask_distortion(camera, at.step, information, &result);
+  if (is_solved) ask_distortion(camera, at.step, information, &result);
   if (std::abs(result.focal_asked) < options.least_focal_change &&
       std::abs(result.distortion_asked_px) < options.least_distortion_px) {
     result.focal_sigma = sigmas(information, kAll)[0];

@@ -21,8 +21,8 @@ enum class RecordingStage { kTracking, kRefining, kRegistering, kWriting };
 
 /// A recording to be tracked: all images, in order.
 struct Recording {
-  std::function<std::unique_ptr<ImageSource>()>
-      open;  // from the beginning; called again for images to be registered later
+  /// From the beginning; called again for images to be registered later.
+  std::function<std::unique_ptr<ImageSource>()> open;
   const MaskFolder* masks = nullptr;
   const SavedMaps* loaded = nullptr;    // maps that RecordingPipeline continues; null: none
   FeatureMemoryOptions feature_memory;  // of RecordingPipeline

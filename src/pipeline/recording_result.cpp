@@ -68,13 +68,18 @@ std::string some_of(const std::vector<std::int64_t>& frames, std::size_t most) {
   return frames.size() > most ? numbers + ", ..." : numbers;
 }
 
-// Images located in a loaded map rest on the images of earlier runs.
-void report_uncertain_images(const RecordingFindingsOptions& options, const std::set<std::int64_t>& doubtful,
-                             std::size_t place, FinishedMap* map) {
-  if (!map->is_loaded()) map->doubtful = isolated_frames(map->trajectory, options);
-  for (const RegisteredFrame& frame : map->trajectory) {
-    if (doubtful.count(frame.index) > 0) map->doubtful.insert(frame.index);
+// doubtful: of the recording. Images located in a loaded map rest on the images of earlier runs.
+std::set<std::int64_t> doubtful_in(const FinishedMap& map, const std::set<std::int64_t>& doubtful,
+                                   const RecordingFindingsOptions& options) {
+  std::set<std::int64_t> frames;
+  if (!map.is_loaded()) frames = isolated_frames(map.trajectory, options);
+  for (const RegisteredFrame& frame : map.trajectory) {
+    if (doubtful.count(frame.index) > 0) frames.insert(frame.index);
   }
+  return frames;
+}
+
+void report_uncertain_images(const RecordingFindingsOptions& options, std::size_t place, FinishedMap* map) {
   const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, map->doubtful);
   if (alone.empty()) return;
   Finding finding = finding_of(FindingKind::kUncertainImages, alone.size(), map->trajectory.size());
@@ -197,7 +202,8 @@ void add_findings(RecordingResult* result, const RecordingFindingsOptions& optio
   std::vector<FinishedMap>& maps = result->maps;
   spread_few_images(result);
   for (std::size_t i = 0; i < maps.size(); ++i) {
-    report_uncertain_images(options, result->doubtful, i, &maps[i]);
+    maps[i].doubtful = doubtful_in(maps[i], result->doubtful, options);
+    report_uncertain_images(options, i, &maps[i]);
     report_small_map(options.least_outside_first, i, &maps[i]);
   }
   report_other_object(&maps.front());

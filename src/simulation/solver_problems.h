@@ -112,7 +112,7 @@ inline PoseProblem random_pose_problem(Random& random) {
   return problem;
 }
 
-/// Two points in a 90 degree view at depths 1 to 10 and one between them, beside their line by a share of
+/// Two points in a 90 degree view at depths 1 to 10 and one between them, off their line by a share of
 /// their distance: a flat triangle.
 inline PoseProblem flat_triangle_problem(Random& random, double height) {
   PoseProblem problem = random_pose_problem(random);

@@ -145,21 +145,20 @@ TEST_P(OnAThreadOrInline, AJobThatThrowsChangesNothing) {
     EXPECT_EQ(worker.latest()->map_id, 1u);
   };
   const auto fail = [](const char* text) { throw std::runtime_error(text); };
-  const std::vector<MappingWorker::Work> changes = {
-      [&](Mapper& mapper) {
-        mapper.insert(next);
-        mapper.transform(Sim3(3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
-        fail("corrected");
-      },
-      [&](Mapper& mapper) {
-        mapper.begin_additional(other, 7);
-        mapper.resume(1, false, 8);
-        fail("switched");
-      },
-      [&](Mapper& mapper) {
-        mapper.initialize(other, 9);
-        fail("begun");
-      }};
+  const std::vector<MappingWorker::Work> changes = {[&](Mapper& mapper) {
+                                                      mapper.insert(next);
+                                                      mapper.transform(Sim3::scaling(3), std::nullopt);
+                                                      fail("corrected");
+                                                    },
+                                                    [&](Mapper& mapper) {
+                                                      mapper.begin_additional(other, 7);
+                                                      mapper.resume(1, false, 8);
+                                                      fail("switched");
+                                                    },
+                                                    [&](Mapper& mapper) {
+                                                      mapper.initialize(other, 9);
+                                                      fail("begun");
+                                                    }};
   std::uint32_t epoch = 0;
   for (const MappingWorker::Work& change : changes) {
     EXPECT_THROW((worker.offer(change), worker.wait()), std::runtime_error);

@@ -17,6 +17,9 @@ struct Sim3 {
   Sim3() = default;
   Sim3(double s, const Eigen::Quaterniond& r, const Eigen::Vector3d& t)
       : scale(s), rotation(r), translation(t) {}
+  static Sim3 scaling(double factor) {
+    return {factor, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()};
+  }
   explicit Sim3(const Rigid3& rigid) : rotation(rigid.rotation), translation(rigid.translation) {}
 
   Sim3 inverse() const {
