@@ -31,22 +31,13 @@ bool was_corrected(const MapperOptions& options, const MapperLimits& limits, Map
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
 // Share of the keyframe's landmarks for which it is redundant: at least redundant_observers others observe
-// them on the same scale or a finer one. 1 when it observes none.
+// them. 1 when it observes none.
 double redundant_share(const MapperLimits& limits, const Map& map, const Keyframe& keyframe) {
-  int all = 0, redundant = 0;
-  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-    const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
-    if (!landmark) continue;
-    ++all;
-    const float coarsest = limits.same_scale * keyframe.image->set.features[f].scale;
-    int others = 0;
-    for (const Observation& o : landmark->observations) {
-      others += o.keyframe != keyframe.id &&
-                map.keyframe(o.keyframe)->image->set.features[o.feature].scale <= coarsest;
-    }
-    redundant += others >= limits.redundant_observers;
-  }
-  return all == 0 ? 1 : static_cast<double>(redundant) / all;
+  const std::vector<LandmarkId> seen = landmarks_of(keyframe);
+  const auto redundant = std::count_if(seen.begin(), seen.end(), [&](LandmarkId l) {
+    return map.landmark(l)->observations.size() > static_cast<std::size_t>(limits.redundant_observers);
+  });
+  return seen.empty() ? 1 : static_cast<double>(redundant) / static_cast<double>(seen.size());
 }
 
 // The earliest of equals.
@@ -232,17 +223,14 @@ void Mapper::cull_young_landmarks(KeyframeId newest) {
   }
 }
 
-// Removes keyframes whose landmarks enough others observe.
+// Removes keyframes that are redundant for most of their landmarks.
 void Mapper::cull_keyframes(KeyframeId newest) {
   for (const KeyframeId id : neighbors(map(), newest, options_.mapping.window_keyframes)) {
     if (map().keyframes().size() <= limits_.fewest_keyframes || id == map().keyframes().begin()->first)
       continue;
-    const std::vector<LandmarkId> seen = landmarks_of(*map().keyframe(id));
-    const auto redundant = std::count_if(seen.begin(), seen.end(), [&](LandmarkId l) {
-      return map().landmark(l)->observations.size() > static_cast<std::size_t>(limits_.redundant_observers);
-    });
-    if (redundant < options_.mapping.redundant_overlap * seen.size()) continue;
-    if (!neighbors(map(), id, 1).empty()) atlas_.remove_keyframe(id, options_);
+    const double share = redundant_share(limits_, map(), *map().keyframe(id));
+    if (share >= options_.mapping.redundant_overlap && !neighbors(map(), id, 1).empty())
+      atlas_.remove_keyframe(id, options_);
   }
 }
 

@@ -44,7 +44,6 @@ struct MapperLimits {
                                          // least useful keyframes takes time in proportion to the map
   int redundant_observers = 3;           // other keyframes that observe a landmark for which one is redundant
                                          // (Mur-Artal et al., ORB-SLAM, 2015)
-  float same_scale = 1.26F;              // ratio of scales: a layer of SIFT's three in an octave
   KeyframeId keyframes_to_confirm = 3;   // two views cannot be inconsistent along the epipolar line. A
                                          // landmark that two keyframes and none of this number of later ones
                                          // observe is more often a wrong match than not
