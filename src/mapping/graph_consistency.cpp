@@ -238,31 +238,42 @@ void split_landmarks(const std::set<KeyframeId>& inside, Map* map) {
   }
 }
 
-// The segment of these keyframes with the most matches over its cut, above the allowed share, that are not
-// supported; empty where there is none.
+// Logarithm of the likelihood ratio of the matches' own share of support to the allowed one; 0 where their
+// share is not lower (the scan statistic of Kulldorff 1997, for Bernoulli trials).
+double log_likelihood_ratio(int matches, int supported, double min_supported) {
+  if (supported >= min_supported * matches) return 0;
+  const double n = matches, k = supported;
+  const double of_supported = k > 0 ? k * std::log(k / n / min_supported) : 0;
+  return of_supported + (n - k) * std::log((n - k) / n / (1 - min_supported));
+}
+
+// The segment of these keyframes whose support over the cut is least likely; empty where none has less than
+// the allowed share.
 InconsistentSegment most_inconsistent(const std::vector<const Keyframe*>& in_time,
                                       const std::vector<EdgeConsistency>& edges,
                                       const GraphConsistencyOptions& options) {
   const auto count = static_cast<int>(in_time.size());
   std::map<KeyframeId, int> place;
   for (int k = 0; k < count; ++k) place[in_time[k]->id] = k;
-  std::vector<std::vector<std::pair<int, double>>> neighbors(count);  // and surplus of the edge
+  std::vector<std::vector<std::pair<int, const EdgeConsistency*>>> neighbors(count);
   for (const EdgeConsistency& edge : edges) {
     const auto a = place.find(edge.first), b = place.find(edge.second);
     if (a == place.end() || b == place.end()) continue;
-    const double surplus = options.min_supported * edge.matches - edge.supported;
-    neighbors[a->second].emplace_back(b->second, surplus);
-    neighbors[b->second].emplace_back(a->second, surplus);
+    neighbors[a->second].emplace_back(b->second, &edge);
+    neighbors[b->second].emplace_back(a->second, &edge);
   }
   double best = 0;
   int best_begin = 0, best_end = 0;  // the segment is [begin, end)
   for (int begin = 0; begin < count; ++begin) {
-    double surplus = 0;
+    int matches = 0, supported = 0;
     for (int last = begin; last < std::min(count, begin + (count + 1) / 2); ++last) {
-      for (const auto& [other, of_edge] : neighbors[last]) {
-        surplus += other >= begin && other < last ? -of_edge : of_edge;
+      for (const auto& [other, edge] : neighbors[last]) {
+        const int sign = other >= begin && other < last ? -1 : 1;
+        matches += sign * edge->matches;
+        supported += sign * edge->supported;
       }
-      if (surplus > best) best = surplus, best_begin = begin, best_end = last + 1;
+      const double ratio = log_likelihood_ratio(matches, supported, options.min_supported);
+      if (ratio > best) best = ratio, best_begin = begin, best_end = last + 1;
     }
   }
   InconsistentSegment segment;

@@ -173,6 +173,38 @@ TEST(GraphConsistency, ADisplacedSegmentIsFoundFromEndToEnd) {
   EXPECT_LT(2 * segment->supported, segment->matches);
 }
 
+// A turntable that jumps: image 5, the first after the jump, is wrong. Its neighbours are right, and match
+// repeated structure on the other side as well: together they have more unsupported matches over their cut.
+TEST(GraphConsistency, AWrongImageIsFoundRatherThanItsNeighboursThatSeeRepeatedStructure) {
+  const Map map = map_with({});
+  std::vector<EdgeConsistency> edges;
+  const auto add = [&](KeyframeId first, KeyframeId second, int matches, int supported) {
+    EdgeConsistency edge;
+    edge.first = first;
+    edge.second = second;
+    edge.matches = matches;
+    edge.explained = edge.supported = supported;
+    edges.push_back(edge);
+  };
+  for (const KeyframeId k : {0, 1, 2, 3, 6, 7, 9, 10, 11, 12, 13, 14}) add(k, k + 1, 300, 300);
+  add(8, 9, 350, 350);
+  add(7, 9, 160, 160);
+  add(3, 9, 200, 200);
+  add(4, 9, 300, 300);
+  add(4, 5, 60, 60);
+  add(5, 6, 250, 0);
+  add(5, 7, 175, 0);
+  add(5, 8, 100, 0);
+  for (const KeyframeId k : {6, 7, 8}) {
+    for (const KeyframeId opposite : {0, 1}) add(opposite, k, 30, 0);
+  }
+  const std::vector<InconsistentSegment> segments = inconsistent_segments(map, edges, {});
+  ASSERT_FALSE(segments.empty());
+  EXPECT_EQ(segments.front().keyframes, (std::vector<KeyframeId>{5}));
+  EXPECT_EQ(segments.front().matches, 585);
+  EXPECT_EQ(segments.front().supported, 60);
+}
+
 TEST(GraphConsistency, TheSecondHalfIsMovedWhereTheFirstHasIt) {
   Map map = map_with({8, 16});
   const ViewGraph graph = graph_of(map);
