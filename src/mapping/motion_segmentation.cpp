@@ -139,12 +139,14 @@ std::vector<int> spread_in_time(const std::vector<RegisteredImage>& images,
 // Two images by their position in the order of time.
 using Pair = std::pair<int, int>;
 
-// Each image with the next, and keyframes at growing distances: neighbours have most matches, distant
-// keyframes separate slow motions.
+// Between compared keyframes: neighbours have most matches, distant ones separate slow motions.
+constexpr std::array<int, 3> kKeyframeDistances = {1, 2, 4};
+
+// Each image with the next, and keyframes at growing distances.
 std::vector<Pair> pairs_of(int images, const std::vector<int>& keyframes) {
   std::vector<Pair> pairs;
   for (int k = 0; k + 1 < images; ++k) pairs.emplace_back(k, k + 1);
-  for (const std::size_t apart : {1, 2, 4}) {
+  for (const std::size_t apart : kKeyframeDistances) {
     for (std::size_t k = 0; k + apart < keyframes.size(); ++k) {
       if (keyframes[k + apart] > keyframes[k] + 1) pairs.emplace_back(keyframes[k], keyframes[k + apart]);
     }
@@ -292,12 +294,14 @@ MotionEvidence sample_independent_motion(const Map& map, const MotionSegmentatio
                                          const ViewGraph* graph) {
   std::vector<int> keyframes;
   const std::vector<RegisteredImage> images = in_time(map, {}, ComparedImages::kKeyframes, &keyframes);
-  const int count = static_cast<int>(images.size()) - 1;
+  const int count = static_cast<int>(images.size());
   std::vector<Pair> pairs;
-  const int sampled = std::min(options.sampled_pairs, count);
-  for (int i = 0; i < sampled; ++i) {
-    const int k = i * count / sampled;
-    pairs.emplace_back(k, k + 1);
+  for (const int apart : kKeyframeDistances) {
+    const int all = count - apart, sampled = std::min(options.sampled_pairs, all);
+    for (int i = 0; i < sampled; ++i) {
+      const int k = i * all / sampled;
+      pairs.emplace_back(k, k + apart);
+    }
   }
   const std::vector<PairMotions> motions = compare_all(images, pairs, options, graph);
   MotionEvidence evidence;

@@ -39,7 +39,7 @@ struct MotionSegmentationOptions {
   int min_features = 25;         // of an object: fewer begin no map
 
   // All pairs.
-  int sampled_pairs = 30;     // of keyframes, where a sample is enough
+  int sampled_pairs = 30;     // of keyframes at each distance, where a sample is enough
   double least_pairs = 0.25;  // share of the pairs that show an object; by chance one of a hundred does
   // The same where the object that rotates is sought, and the minimum number: two objects with little
   // relative motion show it in few pairs.
@@ -176,8 +176,8 @@ IndependentMotion find_independent_motion(const Map& map, const std::vector<Regi
                                           ComparedImages asked, const MotionSegmentationOptions& options,
                                           const ViewGraph* graph = nullptr);
 
-/// Evidence of about thirty pairs of consecutive keyframes spread over the recording, at a cost independent
-/// of the map's size.
+/// Evidence of about thirty pairs of near keyframes at each of three distances, spread over the recording, at
+/// a cost independent of the map's size.
 MotionEvidence sample_independent_motion(const Map& map, const MotionSegmentationOptions& options,
                                          const ViewGraph* graph = nullptr);
 

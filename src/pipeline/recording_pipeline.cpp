@@ -232,7 +232,6 @@ bool RecordingPipeline::can_track_with(const Masks& masks) const {
 // The other object could be the wanted one. Results with these masks do not contain it.
 void RecordingPipeline::report_smaller_object(double share) {
   if (share <= MotionSegmentationOptions().comparable) return;
-  kept_.result.maps.front().may_be_of_wrong_object = true;
   const std::string text =
       "Two rigid objects move, and the map is of the larger: " + std::to_string(std::lround(100 * share)) +
       " % of the matches move with the other and are excluded. Mask that one if it is wanted (--masks).";

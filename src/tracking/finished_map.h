@@ -32,8 +32,9 @@ struct FinishedMap {
   bool is_of_other_object = false;
   /// The largest object is wanted, and another one is larger.
   bool is_of_smaller_object = false;
-  /// Another object could also be the wanted one.
-  bool may_be_of_wrong_object = false;
+  /// The largest object is wanted and stays in view, but another one rotates plainly more, like a head above
+  /// shoulders.
+  bool is_less_rotating_object = false;
   /// Tracks of the mapped object and of independent motions, where segmentation/body asks for the object that
   /// rotates.
   std::vector<MotionTrack> object_tracks;

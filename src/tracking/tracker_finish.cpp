@@ -114,8 +114,10 @@ void Tracker::Impl::assess_independent_motion(FinishedMap* map) {
   const MotionSegmentationOptions options = motion_options();
   if (!keeps_seen()) {
     map->independent_motion = {sample_independent_motion(map->map, options, &view_graph()), {}};
-    map->may_be_of_wrong_object = map->independent_motion.is_comparable();
-    map->is_of_smaller_object = map->independent_motion.is_larger();
+    const MotionEvidence& other = map->independent_motion;
+    map->is_less_rotating_object =
+        !goes_through(map->map) && other.may_exist() && other.rotates_plainly_more();
+    map->is_of_smaller_object = other.is_larger();
     if (map->is_of_smaller_object) {
       map->independent_motion =
           find_independent_motion(map->map, {}, ComparedImages::kKeyframes, options, &view_graph());

@@ -65,10 +65,17 @@ TEST(MotionEvidence, AnObjectMustBeInViewToBeLarger) {
 
 TEST_F(IndependentMotionTest, ASampleTellsItAsWell) {
   const MotionEvidence sample = sample_independent_motion(map_with(true, 150, 200), options());
-  EXPECT_EQ(sample.pairs, kKeyframes - 1);
+  EXPECT_EQ(sample.pairs, (kKeyframes - 1) + (kKeyframes - 2) + (kKeyframes - 4));
   EXPECT_TRUE(sample.is_comparable());
   EXPECT_FALSE(sample_independent_motion(map_with(true, 200, 0), options()).is_comparable());
   EXPECT_FALSE(sample_independent_motion(Map(), options()).exists());
+}
+
+TEST_F(IndependentMotionTest, ASampleShowsThatASmallObjectRotatesMore) {
+  const MotionEvidence sample = sample_independent_motion(map_with(false, 60, 300), options());
+  EXPECT_TRUE(sample.may_exist());
+  EXPECT_FALSE(sample.is_comparable());
+  EXPECT_TRUE(sample.rotates_plainly_more());
 }
 
 TEST_F(IndependentMotionTest, MatchesOfTheViewGraphAreUsed) {
@@ -85,7 +92,9 @@ TEST_F(IndependentMotionTest, MatchesOfTheViewGraphAreUsed) {
     std::vector<ViewGraph::Pair> pairs;
     for (const RegisteredImage& image : images) {
       const int node = graph.add(image.frame_index, image.image);
-      if (node > 0) pairs.emplace_back(node - 1, node);
+      for (const int apart : {1, 2, 4}) {
+        if (node >= apart) pairs.emplace_back(node - apart, node);
+      }
     }
     graph.connect(pairs);
     return sample_independent_motion(map, options(), &graph).of_map;

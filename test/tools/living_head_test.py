@@ -88,6 +88,12 @@ class LivingHead(unittest.TestCase):
         report = self.track(["--shoulders", "sway", "--background", "room", "--hand-held"], ["--config", str(CONFIG)])
         self.expect_right(report)
 
+    def test_a_map_of_the_shoulders_is_not_confirmed(self):
+        """By default the largest object is mapped: shoulders that sway. The head rotates more, and may be wanted."""
+        report = self.track(["--shoulders", "sway", "--background", "wall", "--speaks", "--blinks"])
+        self.assertFalse(report["confirmed"])
+        self.assertIn("other_object", [finding["kind"] for finding in report["findings"]])
+
     def test_what_was_followed_in_place_of_the_head_is_no_part_of_its_map(self):
         """Behind the hand the head turns by 45 degrees; the map was of the hand then, 52 degrees off."""
         report = self.track(["--occluder", "--width", "480", "--height", "360"], frames=100)
