@@ -173,7 +173,8 @@ bool project(const DistortionCoefficients& c, double max_angle, const Eigen::Vec
 
 Eigen::Vector3d bearing(const DistortionCoefficients& c, double max_angle, const Eigen::Vector2d& distorted) {
   const double radius = distorted.norm();
-  if (!(radius > 0)) return Eigen::Vector3d::UnitZ();
+  if (!std::isfinite(radius)) return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  if (radius == 0) return Eigen::Vector3d::UnitZ();
   const double theta = solve_growing(
       [&c](double angle, double* slope) { return distorted_radius(c, angle, slope); }, radius, max_angle);
   const Eigen::Vector2d xy = distorted * (std::sin(theta) / radius);

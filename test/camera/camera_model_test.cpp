@@ -205,6 +205,15 @@ TEST(CameraModel, PixelsBeyondTheTrustedRangeHaveUnitBearings) {
   }
 }
 
+TEST(CameraModel, APixelThatIsNoNumberHasNoBearing) {
+  for (const CameraParameters& p : cameras()) {
+    for (const double value :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+      EXPECT_FALSE(CameraModel(p).bearing({value, 100}).allFinite()) << p.distortion_model;
+    }
+  }
+}
+
 TEST(CameraModel, InImageCountsHalfAPixelAroundTheCentres) {
   const CameraModel camera(parameters("", {}));
   EXPECT_TRUE(camera.in_image({-0.5, -0.5}));
