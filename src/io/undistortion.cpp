@@ -1,12 +1,30 @@
 #include "io/undistortion.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
 namespace mono_pose_tracker {
 
-Undistorter::Undistorter(const CameraModel& camera)
-    : camera_(camera), undistorted_(camera.parameters()), map_(camera.height(), camera.width(), CV_32FC2) {
+namespace {
+
+/// Moves the image's bounds along one axis, by whole pixels, so that the principal point is in the middle to
+/// a quarter of a pixel. Nothing is added, so that no part is blank. A principal point outside stays.
+void centre_axis(int* size, double* principal_point) {
+  const double before = *principal_point + 0.5, behind = *size - before;  // from the image's edges
+  const int centred = static_cast<int>(std::lround(2 * std::min(before, behind)));
+  if (centred < 1) return;
+  if (before > behind) *principal_point -= *size - centred;
+  *size = centred;
+}
+
+}  // namespace
+
+Undistorter::Undistorter(const CameraModel& camera) : camera_(camera), undistorted_(camera.parameters()) {
+  centre_axis(&undistorted_.width, &undistorted_.cx);
+  centre_axis(&undistorted_.height, &undistorted_.cy);
+  map_.create(undistorted_.height, undistorted_.width, CV_32FC2);
   undistorted_.distortion_model = "plumb_bob";
   undistorted_.distortion = {0, 0, 0, 0, 0};
   for (int y = 0; y < map_.rows; ++y) {
@@ -29,7 +47,7 @@ cv::Mat Undistorter::image(const cv::Mat& image) const {
 }
 
 cv::Mat Undistorter::mask(const cv::Mat& mask) const {
-  const cv::Mat all(map_.size(), CV_8UC1, cv::Scalar(255));
+  const cv::Mat all(camera_.height(), camera_.width(), CV_8UC1, cv::Scalar(255));
   cv::Mat result;
   cv::remap(mask.empty() ? all : mask, result, map_, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT);
   return result;

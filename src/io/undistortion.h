@@ -6,7 +6,8 @@
 
 namespace mono_pose_tracker {
 
-/// Images as a pinhole camera without distortion sees them: same size, focal lengths and principal point.
+/// Images as a pinhole camera without distortion sees them: same focal lengths, cropped by whole pixels so
+/// that the principal point is in the middle. Several trainers of Gaussian splats assume that it is.
 class Undistorter {
  public:
   explicit Undistorter(const CameraModel& camera);

@@ -14,6 +14,7 @@ import unittest
 import cv2
 import numpy
 import rosunit
+import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import reported_skips  # noqa: E402, F401
@@ -191,6 +192,37 @@ class SplatDatasetTest(unittest.TestCase):
         for name, (_, observations) in self.model.images.items():
             pixels = self.model.projected(name)
             errors += [numpy.hypot(*(pixels[point] - [x, y])) for x, y, point in observations]
+        self.assertLess(numpy.median(errors), 1)
+
+    def test_grey_images_and_a_principal_point_off_the_middle(self):
+        """The original 3D Gaussian splatting takes the principal point to be the middle, and images to have three channels;
+        so does gsplat of channels."""
+        room, given = os.path.join(self.folder, "room"), self.made("cropped")
+        for name in sorted(os.listdir(os.path.join(room, "images")))[:10]:
+            image = cv2.imread(os.path.join(room, "images", name), cv2.IMREAD_GRAYSCALE)
+            cv2.imwrite(os.path.join(given, name), image[:, 40:])
+        with open(os.path.join(room, "camera.yaml")) as f:
+            camera = yaml.safe_load(f)
+        camera["image_width"] -= 40
+        camera["camera_matrix"]["data"][2] -= 40
+        with open(os.path.join(self.folder, "cropped.yaml"), "w") as f:
+            yaml.safe_dump(camera, f)
+        output = os.path.join(self.folder, "cropped_out")
+        result = run_program("track_sequence", "--images", given, "--camera", os.path.join(self.folder, "cropped.yaml"),
+                             "--undistorted", "--quiet", "--output", output)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        model = text_model(os.path.join(output, "undistorted", "sparse", "0"))
+        width, height, _, _, cx, cy = model.camera
+        self.assertEqual((width, height), (WIDTH - 80, HEIGHT))
+        self.assertAlmostEqual(cx, width / 2, delta=0.26)
+        self.assertAlmostEqual(cy, height / 2, delta=0.26)
+        for folder, channels in (("images", 3), ("masks", 1)):
+            for name in os.listdir(os.path.join(output, "undistorted", folder)):
+                image = cv2.imread(os.path.join(output, "undistorted", folder, name), cv2.IMREAD_UNCHANGED)
+                self.assertEqual(image.shape, (HEIGHT, WIDTH - 80, 3)[:2 + channels // 3], name)
+        errors = [numpy.hypot(*(model.projected(name)[point] - [x, y]))
+                  for name, (_, observations) in model.images.items() for x, y, point in observations[:20]]
+        self.assertGreater(len(errors), 100)
         self.assertLess(numpy.median(errors), 1)
 
     def test_the_cube_of_instant_ngp_holds_the_scene(self):

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -104,6 +105,13 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
                        [](const Eigen::Vector2d& pixel) { return pixel; });
 }
 
+/// Readers of training images expect three channels.
+cv::Mat in_colour(const cv::Mat& image) {
+  cv::Mat result = image;
+  if (image.channels() == 1) cv::cvtColor(image, result, cv::COLOR_GRAY2BGR);
+  return result;
+}
+
 bool most_have(const MaskRecord& masks, const RecordingResult& result) {
   return 2 * masks.frames() >= static_cast<std::size_t>(result.frames_total);
 }
@@ -180,7 +188,7 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
     const std::string& name = image.name;
     cv::Mat mask = masks.mask(index);
     if (mask.empty() && are_of_object) mask = cv::Mat::zeros(image.image.size(), CV_8UC1);
-    write_into(folder / "images" / name, undistorter.image(image.image));
+    write_into(folder / "images" / name, in_colour(undistorter.image(image.image)));
     write_into(folder / "masks" / (name + ".png"), undistorter.mask(mask));
     pairs += name + "\n__auto__, 20\n";
     fused += name + "\n";
