@@ -1,7 +1,6 @@
 #include <lz4frame.h>
 #include <zstd.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "common/text.h"
+#include "io/image_source.h"
 #include "io/yaml_file.h"
 #include "ros/rosbag2_image_source.h"
 #include "rosbag2_storage.h"
@@ -114,12 +114,15 @@ std::unique_ptr<MessageStorage> open_storage_file(const fs::path& path, const St
   refuse_bag(path, "has the extension '" + one_line(path.extension().string()) + "'");
 }
 
+/// rosbag2 compresses messages one by one, which metadata.yaml alone says. A CDR message begins with a zero.
+bool is_zstd_frame(const std::string& data) { return data.compare(0, 4, "\x28\xb5\x2f\xfd") == 0; }
+
 /// Of a recording that was split: one file after the other, each when the one before has ended.
 class SplitCursor : public MessageCursor {
  public:
   SplitCursor(const std::vector<std::shared_ptr<MessageStorage>>& parts, const std::string& topic,
-              bool are_compressed, const StorageOptions& options)
-      : are_compressed_(are_compressed), options_(options) {
+              const StorageOptions& options)
+      : options_(options) {
     for (const auto& part : parts) {
       cursors_.push_back(part->open(topic));
       const int size = cursors_.back()->size();
@@ -130,7 +133,7 @@ class SplitCursor : public MessageCursor {
   bool next(StoredMessage* message) override {
     while (at_ < cursors_.size() && !cursors_[at_]->next(message)) ++at_;
     if (at_ == cursors_.size()) return false;
-    if (are_compressed_) {
+    if (is_zstd_frame(message->data)) {
       message->data = decompress("zstd", message->data.data(), message->data.size(), options_.max_bytes);
     }
     return true;
@@ -149,7 +152,6 @@ class SplitCursor : public MessageCursor {
   int size() const override { return size_; }
 
  private:
-  const bool are_compressed_;  // the messages, one by one
   const StorageOptions options_;
   std::vector<std::unique_ptr<MessageCursor>> cursors_;
   std::size_t at_ = 0;
@@ -158,8 +160,7 @@ class SplitCursor : public MessageCursor {
 
 class SplitStorage : public MessageStorage {
  public:
-  SplitStorage(const std::vector<fs::path>& paths, bool are_compressed, const StorageOptions& options)
-      : are_compressed_(are_compressed), options_(options) {
+  SplitStorage(const std::vector<fs::path>& paths, const StorageOptions& options) : options_(options) {
     for (const fs::path& path : paths) parts_.push_back(open_storage_file(path, options));
   }
 
@@ -174,61 +175,63 @@ class SplitStorage : public MessageStorage {
   }
 
   std::unique_ptr<MessageCursor> open(const std::string& topic) const override {
-    return std::make_unique<SplitCursor>(parts_, topic, are_compressed_, options_);
+    return std::make_unique<SplitCursor>(parts_, topic, options_);
   }
 
  private:
-  const bool are_compressed_;
   const StorageOptions options_;
   std::vector<std::shared_ptr<MessageStorage>> parts_;
 };
 
-/// What a folder's metadata.yaml says.
-struct BagMetadata {
-  std::vector<fs::path> files;
-  bool are_messages_compressed = false;
-};
+/// A file that was compressed as a whole, and decompressed beside it since.
+fs::path decompressed_or_itself(const fs::path& path) {
+  std::error_code ignored;
+  const fs::path decompressed = path.parent_path() / path.stem();
+  return is_compressed_as_a_whole(path) && fs::exists(decompressed, ignored) ? decompressed : path;
+}
 
 std::string text_at(const YamlValue& map, const char* key) {
   const YamlValue* const value = map.find(key);
   return value ? value->text : "";
 }
 
-BagMetadata read_bag_metadata(const fs::path& folder) {
+/// The files that a folder's metadata.yaml names.
+std::vector<fs::path> files_of_metadata(const fs::path& folder) {
   const fs::path path = folder / "metadata.yaml";
   const YamlValue root = read_yaml_file(path.string(), "the metadata of a rosbag2 folder");
   const YamlValue* const information = root.find("rosbag2_bagfile_information");
   const YamlValue* const files = information ? information->find("relative_file_paths") : nullptr;
   if (!files || files->items.empty()) refuse_bag(path, "has no relative_file_paths");
-  BagMetadata metadata;
+  std::vector<fs::path> paths;
   for (const YamlValue& item : files->items) {
     const fs::path file = item.text;
     if (file.empty() || file.is_absolute() || *file.lexically_normal().begin() == "..") {
       refuse_bag(path, "names a file outside the folder, '" + one_line(item.text) + "'");
     }
     // Early releases wrote the folder's name as well.
+    const fs::path named = decompressed_or_itself(folder / file);
     std::error_code ignored;
-    const bool is_here = fs::exists(folder / file, ignored);
-    metadata.files.push_back(is_here ? folder / file : folder / file.filename());
+    const bool is_here = fs::exists(named, ignored);
+    paths.push_back(is_here ? named : decompressed_or_itself(folder / file.filename()));
   }
   const std::string mode = text_at(*information, "compression_mode");
   const std::string format = text_at(*information, "compression_format");
-  metadata.are_messages_compressed = mode == "MESSAGE" || mode == "message";
-  if (metadata.are_messages_compressed && format != "zstd") {
+  if ((mode == "MESSAGE" || mode == "message") && format != "zstd") {
     refuse_bag(path, "has messages compressed by '" + one_line(format) + "', only zstd is read");
   }
-  return metadata;
+  return paths;
 }
 
 /// Where there is no metadata.yaml, as of a recording that was cut: the files of one kind, by name.
 std::vector<fs::path> storage_files(const fs::path& folder) {
-  std::vector<fs::path> files;
+  std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     const fs::path extension = entry->path().extension();
-    if (extension == ".db3" || extension == ".mcap") files.push_back(entry->path());
+    if (extension == ".db3" || extension == ".mcap") names.push_back(entry->path().filename().string());
   }
-  std::sort(files.begin(), files.end());
+  std::vector<fs::path> files;
+  for (const std::string& name : in_order_of_names(std::move(names))) files.push_back(folder / name);
   return files;
 }
 
@@ -254,15 +257,16 @@ bool is_rosbag2(const std::string& path) {
 
 std::unique_ptr<MessageStorage> open_rosbag2(const std::string& path, const StorageOptions& options) {
   std::error_code ignored;
-  if (!fs::is_directory(path, ignored)) return open_storage_file(path, options);
-  BagMetadata metadata;
-  if (fs::exists(fs::path(path) / "metadata.yaml", ignored)) {
-    metadata = read_bag_metadata(path);
+  std::vector<fs::path> files;
+  if (!fs::is_directory(path, ignored)) {
+    files = {path};
+  } else if (fs::exists(fs::path(path) / "metadata.yaml", ignored)) {
+    files = files_of_metadata(path);
   } else {
-    metadata.files = storage_files(path);
-    if (metadata.files.empty()) refuse_bag(path, "holds no recording");
+    files = storage_files(path);
+    if (files.empty()) refuse_bag(path, "holds no recording");
   }
-  return std::make_unique<SplitStorage>(metadata.files, metadata.are_messages_compressed, options);
+  return std::make_unique<SplitStorage>(files, options);
 }
 
 }  // namespace mono_pose_tracker

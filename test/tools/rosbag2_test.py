@@ -90,6 +90,25 @@ class Rosbag2Test(RunsOfARoom):
         ros2_bag.write_db3(self.path("drive", "drive_0.db3"), TOPICS,
                            [(topic, time, ros2_bag.compressed("zstd", data)) for topic, time, data in self.messages()])
         self.expect_the_same(self.path("drive"))
+        self.expect_the_same(self.path("drive", "drive_0.db3"))  # without metadata.yaml
+
+    def test_many_parts_without_metadata(self):
+        """By their numbers: drive_10 after drive_9."""
+        os.makedirs(self.path("drive"))
+        messages = self.messages()
+        for i in range(12):
+            part = messages[i * len(messages) // 12:(i + 1) * len(messages) // 12]
+            ros2_bag.write_db3(self.path("drive", "drive_%d.db3" % i), TOPICS, part)
+        self.expect_the_same(self.path("drive"))
+
+    def test_files_that_were_decompressed_since(self):
+        """rosbag2's compression of whole files: refused with what to do, and read once that was done."""
+        folder = self.folder_of(["drive_0.db3.zstd"], "sqlite3")
+        with open(os.path.join(folder, "drive_0.db3.zstd"), "wb") as f:
+            f.write(b"\x28\xb5\x2f\xfd")
+        self.expect_refused(["drive_0.db3.zstd", "zstd -d"], "--bag", folder)
+        ros2_bag.write_db3(os.path.join(folder, "drive_0.db3"), TOPICS, self.messages())
+        self.expect_the_same(folder)
 
     def test_mcap(self):
         tried = 0
