@@ -82,10 +82,13 @@ bool sample(const Pairs& pairs, const PositionAlignmentOptions& options, Sim3* b
 /// Least squares on the inliers of the noise level that the median of the errors gives, until these stay.
 bool refine(const Pairs& pairs, const PositionAlignmentOptions& options, PositionAlignment* result) {
   const double least_sigma = options.min_relative_sigma * extent_of(pairs);
+  // Three positions are fitted whatever the noise, so few errors look smaller than they are.
+  const double small_sample = 1 + options.small_sample / static_cast<double>(pairs.size() - 3);
   result->inliers.assign(pairs.size(), 0);
   for (int i = 0; i < options.max_refinements; ++i) {
     const double variance =
-        std::max(variance_of_median_square(median_squared_error(result->world_from_map, pairs)),
+        std::max(small_sample * small_sample *
+                     variance_of_median_square(median_squared_error(result->world_from_map, pairs)),
                  least_sigma * least_sigma);
     std::vector<char> inliers;
     for (const PositionPair& pair : pairs) {

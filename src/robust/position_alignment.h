@@ -32,6 +32,9 @@ struct PositionAlignmentOptions {
   /// Largest squared distance of an inlier in units of the noise's variance per axis: the 99 % quantile of
   /// chi-squared with three degrees of freedom.
   double max_squared_error = 11.345;
+  /// The noise level is larger by the factor 1 + small_sample / (n - 3) for n positions (Rousseeuw and Leroy
+  /// 1987, chapter 5).
+  double small_sample = 5;
   /// Smallest number of inliers; fewer fit accidentally.
   int min_inliers = 4;
   /// Smallest share of inliers; the median of the errors is meaningless below one half.

@@ -101,6 +101,16 @@ TEST(PositionAlignment, ALineLeavesTheRotationToTheDirections) {
   EXPECT_FALSE(align_positions(pairs, {{ahead, down_in_world}}, {}).used_directions);
 }
 
+TEST(PositionAlignment, FourPositionsAreEnough) {
+  for (const int count : {4, 5, 6}) {
+    const auto pairs = measured(count, 0.05, 0);
+    const PositionAlignment found = align_positions(pairs, {}, {});
+    ASSERT_TRUE(found.success) << found.problem;
+    EXPECT_EQ(found.num_inliers, count);
+    EXPECT_NEAR(found.world_from_map.scale / 7.5, 1, 0.05);
+  }
+}
+
 TEST(PositionAlignment, SaysWhyThereIsNone) {
   const auto problem = [](const std::vector<PositionPair>& pairs) {
     const PositionAlignment found = align_positions(pairs, {}, {});
