@@ -324,8 +324,11 @@ std::vector<std::string> words_of(const std::string& line) {
   return words;
 }
 
-bool are_numbers(const std::vector<std::string>& words) {
+/// Eight numbers, which may be none (nan): read_tum says so then.
+bool is_tum_line(const std::vector<std::string>& words) {
+  if (words.size() != 8) return false;
   for (const std::string& word : words) {
+    if (word == "nan" || word == "-nan" || word == "inf" || word == "-inf") continue;
     std::istringstream stream(word);  // as in TUM files: 1e9, +1
     stream.imbue(std::locale::classic());
     double value = 0;
@@ -348,6 +351,7 @@ std::string name_in(const std::string& line) {
 /// Problem of the line, or empty.
 std::string parse_geodetic(const std::string& line, std::string* name, GeodeticPoint* point) {
   const std::vector<std::string> words = words_of(line);
+  if (is_tum_line(words)) return "is a TUM line among lines with names";
   if (words.size() < 4) return "does not have a name and three numbers";
   double* const values[] = {&point->latitude_deg, &point->longitude_deg, &point->altitude};
   for (int i = 0; i < 3; ++i) {
@@ -408,9 +412,8 @@ GivenPositions read_given_positions(const std::string& path) {
   bool found = false;
   while (!found && std::getline(lines, line)) found = holds_something(line);
   if (!found) throw std::runtime_error(path + ": holds no position: expected " + kPositionLayout);
-  const std::vector<std::string> words = words_of(line);
   GivenPositions positions;
-  if (words.size() == 8 && are_numbers(words)) {
+  if (is_tum_line(words_of(line))) {
     positions.poses = read_tum(path);
     return positions;
   }

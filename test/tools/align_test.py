@@ -105,7 +105,36 @@ class AlignTest(RunsOfARoom):
         self.assertFalse(report(output)["alignment"]["maps"][0]["aligned"])
         self.assertEqual(content(output, "trajectory.txt"), content(self.tracked, "trajectory.txt"))
 
+    def aligned(self, lines):
+        """The alignment of the first map, and what was told."""
+        output, told = self.track("--images", self.list, "--camera", self.camera, "--align", self.written("given.txt", lines))
+        return report(output)["alignment"]["maps"][0], told
+
+    def test_names_with_folders_and_names_of_nothing(self):
+        lines = [["%s" % name, "%.9f" % (float(pose[3]) / 11057.43), "%.9f" % (11 + float(pose[1]) / 11131.949),
+                  "%.6f" % (500 - 10 * float(pose[2]))] for name, pose in zip(self.names, rows(self.truth))]
+        aligned, told = self.aligned([["images/" + line[0]] + line[1:] for line in lines])
+        self.assertEqual((aligned["positions"], told), (len(lines), ""))
+        aligned, told = self.aligned([["IMG_" + line[0]] + line[1:] for line in lines])
+        self.assertEqual(aligned["positions"], 0)
+        self.assertIn("begins with the image name IMG_%s, the path with %s" % (self.names[0], self.names[0]), told)
+        aligned, told = self.aligned([["%d" % (900 + i)] + pose[1:] for i, pose in enumerate(self.moved_truth())])
+        self.assertIn("begins with the time stamp 900.000000000, the path with " + self.stamps[0], told)
+
+    def test_many_outliers_are_told(self):
+        lines = self.moved_truth()
+        for i in range(0, 14, 2):
+            lines[i][1] = "%.3f" % (float(lines[i][1]) + 20 + i)
+        aligned, told = self.aligned(lines)
+        self.assertTrue(aligned["aligned"])
+        self.assertIn("7 of %d given positions do not fit" % len(lines), told)
+
     def test_refusals(self):
+        tum = [["1", "2", "3", "4", "0", "0", "0", value] for value in ("1", "nan")]
+        self.expect_refused(["mixed.txt", "line 2 is a TUM line"], "--images", self.list, "--camera", self.camera, "--align",
+                            self.written("mixed.txt", [["a.png", "47", "11", "5"], tum[0]]))
+        self.expect_refused(["nan.txt"], "--images", self.list, "--camera", self.camera, "--align",
+                            self.written("nan.txt", [tum[1]]))
         given = self.written("given.txt", [["a.png", "91", "11", "5"]])
         for path, part in ((given, "latitude"), (self.path("missing.txt"), "expected TUM lines")):
             self.expect_refused([path, part], "--images", self.list, "--camera", self.camera, "--align", path)

@@ -13,6 +13,7 @@
 #include "common/statistics.h"
 #include "common/text.h"
 #include "geometry/nearest_rotation.h"
+#include "io/stamp.h"
 
 namespace mono_pose_tracker {
 
@@ -71,20 +72,44 @@ std::vector<GivenFrame> frames_by_stamp(const std::vector<StampedPose>& given,
   return frames;
 }
 
+std::string file_name_of(const std::string& name) { return std::filesystem::path(name).filename().string(); }
+
 std::vector<GivenFrame> frames_by_name(const std::vector<NamedPosition>& given,
                                        const std::vector<RegisteredFrame>& trajectory,
                                        const std::map<std::int64_t, std::string>& names) {
-  std::map<std::string, const NamedPosition*> by_name;
+  // By the whole name, or by that without its folders where it is the only one.
+  std::map<std::string, const NamedPosition*> by_name, by_file_name;
   for (const NamedPosition& position : given) by_name[position.name] = &position;
+  for (const NamedPosition& position : given) {
+    const auto [entry, is_new] = by_file_name.emplace(file_name_of(position.name), &position);
+    if (!is_new) entry->second = nullptr;
+  }
   std::vector<GivenFrame> frames;
   for (const RegisteredFrame& frame : trajectory) {
     const std::string& name = names.at(frame.index);
-    auto found = by_name.find(name);
-    if (found == by_name.end()) found = by_name.find(std::filesystem::path(name).filename().string());
-    if (found == by_name.end()) continue;
-    frames.push_back({frame.index, frame.map_from_camera, found->second->x_in_world, std::nullopt});
+    const auto whole = by_name.find(name), last = by_file_name.find(file_name_of(name));
+    const NamedPosition* found = whole != by_name.end() ? whole->second : nullptr;
+    if (!found && last != by_file_name.end() && last->second &&
+        (last->first == name || last->first == last->second->name)) {  // not of two different folders
+      found = last->second;
+    }
+    if (found) frames.push_back({frame.index, frame.map_from_camera, found->x_in_world, std::nullopt});
   }
   return frames;
+}
+
+/// What the file names, and what the recording: these have nothing in common.
+std::string why_none_belongs(const GivenPositions& given, const FinishedMap& map,
+                             const std::map<std::int64_t, std::string>& names) {
+  const std::string problem = "no given position belongs to a registered image: the file begins with ";
+  if (map.trajectory.empty()) return problem + "others";
+  const RegisteredFrame& first = map.trajectory.front();
+  if (given.origin) {
+    return problem + "the image name " + one_line(given.named.front().name) + ", the path with " +
+           one_line(names.at(first.index));
+  }
+  return problem + "the time stamp " + format_stamp(given.poses.front().stamp_ns) + ", the path with " +
+         format_stamp(first.stamp_ns);
 }
 
 /// The axes of the map as the orientations of TUM lines have them in the world; none where these are not the
@@ -178,6 +203,15 @@ std::string name_of_map(std::size_t number) {
 void warn_of_alignment(const PositionAlignment& alignment, const AlignmentOptions& options,
                        std::size_t number, const FinishedMap& map, std::vector<std::string>* warnings) {
   const std::string name = name_of_map(number);
+  const std::size_t outliers = alignment.errors.size() - static_cast<std::size_t>(alignment.num_inliers);
+  if (alignment.success && static_cast<double>(outliers) >
+                               options.max_outlier_share * static_cast<double>(alignment.errors.size())) {
+    warnings->push_back(
+        formatted("--align: %zu of %zu given positions do not fit the path of %s (the largest "
+                  "residual is %.3g m): check their order, unit and names; report.json lists them",
+                  outliers, alignment.errors.size(), name.c_str(),
+                  *std::max_element(alignment.errors.begin(), alignment.errors.end())));
+  }
   if (!alignment.success) {
     warnings->push_back("--align: " + name + " stays in its own frame and unit: " + alignment.problem);
     return;
@@ -228,7 +262,8 @@ AlignedResult align_to_positions(const GivenPositions& given, const AlignmentOpt
     const std::vector<GivenFrame> frames =
         given.origin ? frames_by_name(given.named, map.trajectory, result->names)
                      : frames_by_stamp(given.poses, map.trajectory, options.max_difference_ns);
-    const PositionAlignment alignment = align_map(frames, given.origin.has_value(), options);
+    PositionAlignment alignment = align_map(frames, given.origin.has_value(), options);
+    if (frames.empty()) alignment.problem = why_none_belongs(given, map, result->names);
     maps.push_back(summary_of(alignment, frames, result->names));
     if (alignment.success) {
       move_map(alignment.world_from_map, &map);

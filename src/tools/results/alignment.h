@@ -25,6 +25,8 @@ struct AlignmentOptions {
   /// A camera whose positions come with an up direction is taken to be upright on average; its pitch may be
   /// as large as this (deg).
   double max_pitch_deg = 45;
+  /// Share of outliers above which the result gets a warning: half of what least median of squares tolerates.
+  double max_outlier_share = 0.25;
   /// Coordinates beyond this (m) are too large for the 32-bit numbers of points.ply: steps of 1/128 m.
   double max_coordinate = 1e5;
 };
