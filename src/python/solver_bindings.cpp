@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <type_traits>
 
 #include "bindings.h"
 #include "mono_pose_tracker/geometry/five_point.h"
@@ -80,26 +81,40 @@ Rows bearings_of(const DoubleArray& array, const CameraModel* camera, const char
   return rows;
 }
 
+template <typename Number>
+Number ransac_number(const std::string& key, const py::handle& value) {
+  try {
+    return value.cast<Number>();
+  } catch (const py::cast_error&) {
+    const char* const expected = std::is_floating_point_v<Number> ? "a number"
+                                 : std::is_unsigned_v<Number>     ? "a whole number from 0 on"
+                                                                  : "a whole number";
+    throw std::invalid_argument("ransac: " + key + " = " + std::string(py::str(value)) + ": expected " +
+                                expected);
+  }
+}
+
 /// The options of RansacOptions by their names, and threshold_px.
 RansacOptions ransac_options_of(const py::object& ransac, double focal_px) {
   RansacOptions options;
   if (focal_px > 0) options.threshold = 1 / focal_px;
   if (ransac.is_none()) return options;
+  if (!py::isinstance<py::dict>(ransac)) throw std::invalid_argument("ransac: expected a dict or None");
   for (const auto& [name, value] : ransac.cast<py::dict>()) {
     const std::string key = py::str(name);
     if (key == "threshold") {
-      options.threshold = value.cast<double>();
+      options.threshold = ransac_number<double>(key, value);
     } else if (key == "threshold_px") {
       if (!(focal_px > 0)) throw std::invalid_argument("ransac: threshold_px needs a camera");
-      options.threshold = value.cast<double>() / focal_px;
+      options.threshold = ransac_number<double>(key, value) / focal_px;
     } else if (key == "confidence") {
-      options.confidence = value.cast<double>();
+      options.confidence = ransac_number<double>(key, value);
     } else if (key == "min_iterations") {
-      options.min_iterations = value.cast<int>();
+      options.min_iterations = ransac_number<int>(key, value);
     } else if (key == "max_iterations") {
-      options.max_iterations = value.cast<int>();
+      options.max_iterations = ransac_number<int>(key, value);
     } else if (key == "seed") {
-      options.seed = value.cast<std::uint64_t>();
+      options.seed = ransac_number<std::uint64_t>(key, value);
     } else {
       throw std::invalid_argument(
           "ransac: the key '" + key +

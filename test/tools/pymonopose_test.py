@@ -114,6 +114,11 @@ class SolversTest(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, text):
                 pymonopose.estimate_relative_pose(self.x1, self.x2, ransac=ransac)
         with self.assertRaisesRegex(ValueError, "200 and 199 rows"):
+        for ransac, text in (({"threshold": "1"}, "threshold = 1: expected a number"), ([1], "expected a dict"),
+                             ({"max_iterations": 9.5}, "max_iterations = 9.5: expected a whole number"),
+                             ({"seed": -1}, "seed = -1: expected a whole number from 0 on")):
+            with self.assertRaisesRegex(ValueError, text):
+                pymonopose.estimate_absolute_pose(self.x2, self.points, ransac=ransac)
             pymonopose.estimate_relative_pose(self.x1, self.x2[1:])
         nothing = pymonopose.estimate_relative_pose(self.x1[:3], self.x2[:3])
         self.assertFalse(nothing.success)
