@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -32,6 +33,8 @@ std::vector<StampedPose> poses_of_arrays(const DoubleArray& stamps, const Double
     }
     poses.push_back({std::llround(seconds(i) * 1e9), Rigid3(rotation, translation)});
   }
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
   return poses;
 }
 
@@ -81,9 +84,9 @@ py::dict evaluate(const py::object& reference, const py::object& estimate, const
 void bind_evaluation(py::module_& module) {
   module.def("evaluate", &evaluate, py::arg("reference"), py::arg("estimate"), py::arg("align") = "sim3",
              py::arg("max_difference") = 0.01,
-             "Computes the errors of an estimated trajectory. Returns a dict with the keys of the JSON file "
+             "Computes the errors of an estimated trajectory. Returns a dict with keys of the JSON file "
              "of evaluate_trajectory. reference, estimate: a file, a pair (stamps (n,), map_from_camera (n, "
-             "4, 4)) or a Result, sorted by stamp. max_difference: largest difference (s) between the stamps "
+             "4, 4)) or a Result. max_difference: largest difference (s) between the stamps "
              "of matched poses.");
 }
 

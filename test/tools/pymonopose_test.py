@@ -366,6 +366,8 @@ class ModuleTest(RunsOfARoom):
         lines = printed.getvalue().splitlines()
         self.assertIn("confirmed (%d, 4, 4)" % len(self.names), lines[0])
         self.assertEqual(len([line for line in lines if line.startswith(("BOOTSTRAPPING", "TRACKING", "LOST"))]), len(self.names))
+        backwards = pymonopose.evaluate(self.truth, (7.5 + self.result.stamps[::-1] / 10, self.result.poses[::-1]))
+        self.assertEqual(backwards["frames_matched"], len(self.names))
         self.assertEqual(names["relative"].inliers.sum(), len(points))
         numpy.testing.assert_allclose(names["absolute"].pose, camera_from_map, atol=1e-6)
         self.assertLess(float(lines[-1]), 0.5)
