@@ -546,17 +546,19 @@ cv::Mat MaskFolder::mask_of(const std::string& mask_name, const cv::Size& size, 
       *problem += ": frame numbers start at 0; masks that are numbered from 1 are off by one frame";
     return {};
   }
-  const DecodedImage decoded = read_unchanged(found->second);
-  if (!decoded.problem.empty()) {
-    *problem = decoded.problem;
-    return {};
-  }
+  return read_mask(found->second, size, problem, min_jpeg_level_);
+}
+
+cv::Mat read_mask(const std::string& path, const cv::Size& size, std::string* problem, int min_jpeg_level) {
+  const DecodedImage decoded = read_unchanged(path);
+  *problem = decoded.problem;
+  if (!problem->empty()) return {};
   if (decoded.image.size() != size) {
-    *problem = found->second + ": is " + text(decoded.image.size()) + ": expected " + text(size) +
-               ", the size of the image";
+    *problem =
+        path + ": is " + text(decoded.image.size()) + ": expected " + text(size) + ", the size of the image";
     return {};
   }
-  if (is_jpeg_name(found->second)) return mask_of_image(decoded.image >= min_jpeg_level_);
+  if (is_jpeg_name(path)) return mask_of_image(decoded.image >= min_jpeg_level);
   return mask_of_image(decoded.image);
 }
 

@@ -114,4 +114,8 @@ class MaskFolder {
   std::map<std::string, std::string> path_by_name_;  // by the path below folder_, without its extension
 };
 
+/// Reads a mask file of the given size as MaskFolder does; empty, with one line in *problem, when it cannot.
+cv::Mat read_mask(const std::string& path, const cv::Size& size, std::string* problem,
+                  int min_jpeg_level = 64);
+
 }  // namespace mono_pose_tracker

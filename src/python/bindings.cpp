@@ -158,11 +158,16 @@ cv::Mat image_of(const py::handle& object, const char* name) {
   return wrapped(array, is_grey ? 1 : 3);
 }
 
-cv::Mat mask_of(const py::handle& object, const char* name) {
+cv::Mat mask_of(const py::handle& object, const char* name, const cv::Size& size) {
   if (object.is_none()) return {};
   const char* const expected = "uint8 or bool of shape (height, width), 0 = ignore";
   const py::array array = bytes_array(object, name, true, expected);
   if (array.ndim() != 2 || array.size() == 0) refuse_argument(name, shape_text(array), expected);
+  if (array.shape(0) != size.height || array.shape(1) != size.width) {
+    refuse_argument(
+        name, shape_text(array),
+        "(" + std::to_string(size.height) + ", " + std::to_string(size.width) + "), the shape of the image");
+  }
   return wrapped(array, 1);
 }
 

@@ -40,8 +40,8 @@ DoubleArray matrices_of(const std::vector<Rigid3>& poses);
 /// keeps the array, where each row is contiguous; otherwise it is a copy. May be released on any thread.
 /// Throws std::invalid_argument that names the argument.
 cv::Mat image_of(const py::handle& object, const char* name);
-/// As image_of, of shape (h, w); bool is allowed, too.
-cv::Mat mask_of(const py::handle& object, const char* name);
+/// As image_of, of the image's shape (h, w); bool is allowed, too. None: empty.
+cv::Mat mask_of(const py::handle& object, const char* name, const cv::Size& size);
 
 /// Options by a path of a tracker.yaml or a dict of "group/key" (or of groups) to values; None: the defaults.
 /// Throws std::invalid_argument on unknown keys and values out of range.

@@ -126,7 +126,7 @@ class Result:
     def frames_total(self) -> int: ...
 
 def reconstruct(images: Union[_Path, Sequence[Union[_Path, _Image]]], camera: Camera,
-                masks: Union[None, _Path, Sequence[Optional[NDArray[Any]]]] = None, options: _Options = None,
+                masks: Union[None, _Path, Sequence[Union[None, _Path, NDArray[Any]]]] = None, options: _Options = None,
                 threads: int = 0, progress: Optional[Callable[[int, int], Optional[bool]]] = None,
                 refine_camera: bool = False) -> Result: ...
 

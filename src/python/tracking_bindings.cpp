@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -46,14 +47,19 @@ class ListedSource : public ImageSource {
     ++at_;
     if (listed.path.empty()) {
       result.image = listed.pixels;
-      result.mask = listed.mask;
     } else {
       const DecodedImage decoded = read_image(listed.path);
       result.image = decoded.image;
-      result.mask = listed.mask.empty() ? decoded.mask : listed.mask;
-      if (!decoded.problem.empty()) result.problem = listed.path + ": " + decoded.problem;
+      result.mask = decoded.mask;
+      result.problem = decoded.problem;
     }
     result.kind = result.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
+    if (!listed.mask.empty()) result.mask = listed.mask;
+    if (!listed.mask_path.empty() && result.problem.empty()) {
+      std::string problem;
+      result.mask = read_mask(listed.mask_path, result.image.size(), &problem);
+      if (!problem.empty()) throw std::runtime_error(problem);
+    }
     return result;
   }
 
@@ -65,7 +71,27 @@ class ListedSource : public ImageSource {
   std::size_t at_ = 0;
 };
 
-std::vector<ListedImage> listed_images(const py::object& images, const py::object& masks) {
+void add_masks(const py::object& masks, const cv::Size& size_of_files, std::vector<ListedImage>* listed) {
+  const py::list items(masks);
+  if (items.size() != listed->size()) {
+    throw std::invalid_argument("masks has " + std::to_string(items.size()) + " items: expected " +
+                                std::to_string(listed->size()) + ", one for each image, or a folder");
+  }
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    ListedImage& image = (*listed)[i];
+    if (is_path(items[i])) {
+      image.mask_path = path_of(items[i]);
+      continue;
+    }
+    const std::string name = "masks[" + std::to_string(i) + "]";
+    const cv::Size size = image.pixels.empty() ? size_of_files : image.pixels.size();
+    image.mask = mask_of(items[i], name.c_str(), size);
+  }
+}
+
+/// size_of_files: of the images that are named by their paths.
+std::vector<ListedImage> listed_images(const py::object& images, const py::object& masks,
+                                       const cv::Size& size_of_files) {
   std::vector<ListedImage> listed;
   for (const py::handle& item : images) {
     ListedImage image;
@@ -79,16 +105,7 @@ std::vector<ListedImage> listed_images(const py::object& images, const py::objec
     }
     listed.push_back(std::move(image));
   }
-  if (masks.is_none() || is_path(masks)) return listed;
-  if (py::len(masks) != listed.size()) {
-    throw std::invalid_argument("masks has " + std::to_string(py::len(masks)) + " items: expected " +
-                                std::to_string(listed.size()) + ", one for each image, or a folder");
-  }
-  std::size_t at = 0;
-  for (const py::handle& item : masks) {
-    const std::string name = "masks[" + std::to_string(at) + "]";
-    listed[at++].mask = mask_of(item, name.c_str());
-  }
+  if (!masks.is_none() && !is_path(masks)) add_masks(masks, size_of_files, &listed);
   return listed;
 }
 
@@ -166,6 +183,12 @@ struct Reconstruction {
   }
 };
 
+/// False of Python or of numpy; None and numbers are not.
+bool is_false(const py::object& answer) {
+  py::detail::make_caster<bool> flag;
+  return flag.load(answer, false) && !static_cast<bool>(flag);
+}
+
 /// Asks the interpreter for signals, and the caller for whether to go on; an exception of either is kept and
 /// ends the work.
 class ProgressCall {
@@ -173,24 +196,32 @@ class ProgressCall {
   ProgressCall(const py::object& call, int total) : call_(call), total_(total) {}
 
   void advance(std::int64_t done) {
-    const py::gil_scoped_acquire lock;
-    if (ended_) return;
-    try {
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (call_.is_none()) return;
-      const py::object answer = call_(done, total_);
-      if (py::isinstance<py::bool_>(answer) && !answer.cast<bool>()) ended_ = true;
-    } catch (py::error_already_set& error) {
-      error_ = std::make_unique<py::error_already_set>(error);
-      ended_ = true;
-    }
+    unless_ended([&] {
+      if (!call_.is_none() && is_false(call_(done, total_))) ended_ = true;
+    });
   }
-  bool has_ended() const { return ended_; }
+  bool has_ended() {
+    unless_ended([] {});
+    return ended_;
+  }
   void rethrow() const {
     if (error_) throw py::error_already_set(*error_);
   }
 
  private:
+  template <typename Work>
+  void unless_ended(const Work& work) {
+    const py::gil_scoped_acquire lock;
+    if (ended_) return;
+    try {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      work();
+    } catch (py::error_already_set& error) {
+      error_ = std::make_unique<py::error_already_set>(error);
+      ended_ = true;
+    }
+  }
+
   const py::object& call_;
   const int total_;
   std::atomic<bool> ended_{false};
@@ -211,7 +242,8 @@ std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const Came
     }
     recording.open = [path = path_of(images)] { return open_images(path); };
   } else {
-    const auto listed = std::make_shared<const std::vector<ListedImage>>(listed_images(images, masks));
+    const auto listed = std::make_shared<const std::vector<ListedImage>>(
+        listed_images(images, masks, {camera.width(), camera.height()}));
     recording.open = [listed] { return std::make_unique<ListedSource>(listed); };
   }
   std::optional<MaskFolder> folder;
@@ -239,7 +271,8 @@ std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const Came
   return result;
 }
 
-/// A tracker of a live camera, whose mapper has a thread of its own.
+/// A tracker of a live camera, whose mapper has a thread of its own. Calls from several threads wait for each
+/// other.
 class LiveTracker {
  public:
   LiveTracker(const CameraModel& camera, const py::object& options)
@@ -255,29 +288,35 @@ class LiveTracker {
     if (!std::isfinite(stamp) || std::abs(stamp) > 9e9) {
       throw std::invalid_argument("stamp: expected seconds, up to 9e9");
     }
-    const cv::Mat pixels = image_of(image, "image"), used = mask_of(mask, "mask");
+    const cv::Mat pixels = image_of(image, "image"), used = mask_of(mask, "mask", pixels.size());
     const py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> lock(mutex_);
     return tracker_->process(static_cast<std::int64_t>(std::llround(stamp * 1e9)), pixels, used);
   }
   void reset() {
     const py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> lock(mutex_);
     tracker_->reset();
   }
   void wait() {
     const py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> lock(mutex_);
     tracker_->wait();
   }
   std::vector<ColoredPoint> points() const {
     const py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> lock(mutex_);
     const std::shared_ptr<const MapSnapshot> snapshot = tracker_->snapshot();
     return snapshot ? snapshot->points : std::vector<ColoredPoint>();
   }
   std::vector<RegisteredFrame> trajectory() const {
     const py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> lock(mutex_);
     return tracker_->trajectory();
   }
 
  private:
+  mutable std::mutex mutex_;  // taken without the GIL
   std::unique_ptr<Tracker> tracker_;
 };
 
@@ -323,7 +362,8 @@ void bind_tracking(py::module_& module) {
       .def("track", &LiveTracker::track, py::arg("stamp"), py::arg("image"), py::arg("mask") = py::none(),
            "Tracks the next image. stamp: seconds, increasing. image: uint8 (h, w) or (h, w, 3), blue first; "
            "its memory is shared if its rows are contiguous, and must not change during the call. mask: "
-           "uint8 or bool (h, w), 0 = ignore. Releases the GIL.")
+           "uint8 or bool (h, w), 0 = ignore. Releases the GIL; calls from several threads wait for each "
+           "other.")
       .def("reset", &LiveTracker::reset, "Drops the map.")
       .def("wait", &LiveTracker::wait, "Waits until the mapper has no work left.")
       .def_property_readonly(
@@ -373,8 +413,9 @@ void bind_tracking(py::module_& module) {
       py::arg("options") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
       py::arg("refine_camera") = false,
       "Tracks all images and returns the finished map. images: a folder, a list file, or a sequence of paths "
-      "or arrays, uint8 (h, w) or (h, w, 3), blue first. masks: a folder, or a sequence of arrays (h, w) or "
-      "None; 0 = ignore. options: a dict of \"group/key\" to values as in tracker.yaml, or the path of such "
+      "or arrays, uint8 (h, w) or (h, w, 3), blue first. masks: a folder, or a sequence of paths, arrays "
+      "(h, w) or None; 0 = ignore. options: a dict of \"group/key\" to values as in tracker.yaml, or the "
+      "path of such "
       "a file. threads: 0 for all cores; the result is the same for any number. progress(done, total): "
       "called after each image; return False to stop. refine_camera: estimate focal length, principal point "
       "and distortion from the images, which are tracked several times; result.camera has them. Releases the "

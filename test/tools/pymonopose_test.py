@@ -6,6 +6,7 @@ import io
 import os
 import re
 import shutil
+import signal
 import struct
 import sys
 import textwrap
@@ -113,12 +114,12 @@ class SolversTest(unittest.TestCase):
                              ({"threshold_px": 1}, "needs a camera")):
             with self.assertRaisesRegex(ValueError, text):
                 pymonopose.estimate_relative_pose(self.x1, self.x2, ransac=ransac)
-        with self.assertRaisesRegex(ValueError, "200 and 199 rows"):
         for ransac, text in (({"threshold": "1"}, "threshold = 1: expected a number"), ([1], "expected a dict"),
                              ({"max_iterations": 9.5}, "max_iterations = 9.5: expected a whole number"),
                              ({"seed": -1}, "seed = -1: expected a whole number from 0 on")):
             with self.assertRaisesRegex(ValueError, text):
                 pymonopose.estimate_absolute_pose(self.x2, self.points, ransac=ransac)
+        with self.assertRaisesRegex(ValueError, "200 and 199 rows"):
             pymonopose.estimate_relative_pose(self.x1, self.x2[1:])
         nothing = pymonopose.estimate_relative_pose(self.x1[:3], self.x2[:3])
         self.assertFalse(nothing.success)
@@ -194,6 +195,14 @@ class ModuleTest(RunsOfARoom):
             cv2.imwrite(self.path("masks", name), 255 * mask.astype(numpy.uint8))
         of_folder = pymonopose.reconstruct(self.images, self.model, masks=self.path("masks"))
         numpy.testing.assert_array_equal(of_folder.poses, masked.poses)
+        of_paths = pymonopose.reconstruct(self.arrays, self.model, masks=(self.path("masks", name) for name in self.names))
+        numpy.testing.assert_array_equal(of_paths.poses, masked.poses)
+        cv2.imwrite(self.path("masks", self.names[0]), numpy.ones((5, 7), numpy.uint8))
+        for masks, error, text in (([mask[:5]] * len(self.arrays), ValueError, r"masks\[0\] has the shape \(5, 320\): expected "
+                                    r"\(240, 320\)"),
+                                   ([self.path("masks", self.names[0])] * len(self.arrays), RuntimeError, "is 7 x 5: expected")):
+            with self.assertRaisesRegex(error, text):
+                pymonopose.reconstruct(self.arrays, self.model, masks=masks)
 
     def test_options_and_progress(self):
         calls = []
@@ -210,6 +219,8 @@ class ModuleTest(RunsOfARoom):
         calls.clear()
         pymonopose.reconstruct(self.images, self.model, progress=lambda done, total: calls.append(done) or done < 5)
         self.assertLess(len(calls), 10)
+        ended = pymonopose.reconstruct(self.images, self.model, progress=lambda done, total: numpy.bool_(done < 5))
+        self.assertLess(ended.frames_total, 10)
 
         def fail(done, total):
             raise KeyError("mine")
@@ -248,6 +259,22 @@ class ModuleTest(RunsOfARoom):
         ended = pymonopose.reconstruct(self.images, wrong, refine_camera=True, progress=lambda done, total: done < total)
         self.assertNotEqual(ended.verdict, "confirmed")
 
+    def test_signals_are_handled_after_the_last_image(self):
+        """As Ctrl-C: also while the map is refined and images are registered again, not only when all work is done."""
+        handled = []
+
+        def begin(done, total):
+            if done == total:
+                signal.setitimer(signal.ITIMER_REAL, 0.001, 0.001)
+        before = signal.signal(signal.SIGALRM, lambda *_: handled.append(time.monotonic()))
+        try:
+            pymonopose.reconstruct(self.images, self.model, progress=begin)
+            ended = time.monotonic()
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
+        self.assertGreater(len([moment for moment in handled if moment < ended - 0.01]), 0)
+
     def test_wrong_images(self):
         grey = self.arrays[0][..., 0]
         for images, text in (([grey.astype(float)], r"images\[0\] has the type float64: expected uint8"),
@@ -256,6 +283,9 @@ class ModuleTest(RunsOfARoom):
                 pymonopose.reconstruct(images, self.model)
         with self.assertRaisesRegex(RuntimeError, "missing"):
             pymonopose.reconstruct(self.path("missing"), self.model)
+        absent = self.path("absent.png")
+        (problem,) = pymonopose.reconstruct([absent], self.model).problems
+        self.assertEqual(problem.count(absent), 1, problem)
         with self.assertRaisesRegex(ValueError, "masks has 1 items"):
             pymonopose.reconstruct(self.arrays, self.model, masks=[None])
         nothing = pymonopose.reconstruct([numpy.zeros_like(grey)] * 3, self.model)
@@ -286,6 +316,23 @@ class ModuleTest(RunsOfARoom):
         self.assertEqual(len(tracker.points), 0)
         with self.assertRaisesRegex(ValueError, "stamp"):
             tracker.track(float("nan"), self.arrays[0])
+
+    def test_several_threads_share_a_tracker(self):
+        """They wait for each other; without the lock, the process ends with a segmentation fault."""
+        tracker = pymonopose.Tracker(self.model)
+
+        def track(first):
+            for i, image in enumerate(3 * self.arrays):
+                self.assertIsNotNone(tracker.track(first + 0.1 * i, image).state)
+                self.assertEqual(tracker.poses.shape[1:], (4, 4))
+                self.assertEqual(tracker.points.shape[1:], (3,))
+        threads = [threading.Thread(target=track, args=(0.03 * k,)) for k in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        with self.assertRaisesRegex(ValueError, r"mask has the shape \(2, 2\): expected \(240, 320\)"):
+            tracker.track(99, self.arrays[0], numpy.ones((2, 2), bool))
 
     def test_others_run_while_images_are_tracked(self):
         """The GIL is released: a thread counts meanwhile."""
@@ -319,6 +366,8 @@ class ModuleTest(RunsOfARoom):
         by_result = pymonopose.evaluate((numpy.arange(len(self.names), dtype=float), self.true_poses()), self.result)
         self.assertLess(by_result["position_rmse_percent"], 2)
         self.assertEqual(by_result["frames_matched"], len(self.names))
+        backwards = pymonopose.evaluate(self.truth, (7.5 + self.result.stamps[::-1] / 10, self.result.poses[::-1]))
+        self.assertEqual(backwards["frames_matched"], len(self.names))
         same = pymonopose.evaluate(self.truth, self.truth, align="se3")
         self.assertLess(same["position_rmse"], 1e-9)
         self.assertAlmostEqual(same["scale"], 1)
@@ -366,8 +415,6 @@ class ModuleTest(RunsOfARoom):
         lines = printed.getvalue().splitlines()
         self.assertIn("confirmed (%d, 4, 4)" % len(self.names), lines[0])
         self.assertEqual(len([line for line in lines if line.startswith(("BOOTSTRAPPING", "TRACKING", "LOST"))]), len(self.names))
-        backwards = pymonopose.evaluate(self.truth, (7.5 + self.result.stamps[::-1] / 10, self.result.poses[::-1]))
-        self.assertEqual(backwards["frames_matched"], len(self.names))
         self.assertEqual(names["relative"].inliers.sum(), len(points))
         numpy.testing.assert_allclose(names["absolute"].pose, camera_from_map, atol=1e-6)
         self.assertLess(float(lines[-1]), 0.5)
