@@ -122,6 +122,21 @@ class PageTest(RunsOfARoom):
         self.assertGreater(lengths[1], 0.7 * lengths[0])
 
     @unittest.skipUnless(browser.INSTALLED, NEEDED)
+    def test_positions_far_from_the_origin_keep_their_decimals(self):
+        """As in UTM coordinates, to which --align leads."""
+        scene = scene_of(os.path.join(self.tracked, "overview.html"))
+        offset = [687000, 5336000, 500]
+        scene["images"] = [dict(image, p=[*(v + o for v, o in zip(image["p"], offset)), *image["p"][3:]])
+                           for image in scene["images"]]
+        scene["origin"] = [v + o for v, o in zip(scene["origin"], offset)]
+        with browser.Browser() as driver:
+            driver.open(self.page_of(scene))
+            driver.run("scenePage.select(5)")
+            shown = driver.run("return document.getElementById('facts').textContent").split("position")[1]
+        for text, expected in zip(shown.split(", "), scene["images"][5]["p"]):
+            self.assertAlmostEqual(float(text.split()[0]), expected, delta=1e-3)
+
+    @unittest.skipUnless(browser.INSTALLED, NEEDED)
     def test_chromium_shows_an_evaluation(self):
         page = self.path("error.html")
         result = run_program("evaluate_trajectory", "--reference", self.truth, "--estimate",
