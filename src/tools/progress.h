@@ -146,11 +146,14 @@ class RunProgress {
     return "";
   }
 
+  static std::string minutes(double seconds) {
+    const long whole = std::lround(std::ceil(seconds));
+    return formatted("%ld:%02ld min", whole / 60, whole % 60);
+  }
+
   std::string time_left() const {
     const std::optional<double> left = estimate_.seconds_left(now());
-    if (!left) return "";
-    const long seconds = std::lround(std::ceil(*left));
-    return formatted(", about %ld:%02ld min left", seconds / 60, seconds % 60);
+    return left ? ", about " + minutes(*left) + " left" : "";
   }
 
   void draw() {
@@ -159,9 +162,11 @@ class RunProgress {
     const double share = estimate_.share_done(now());
     const int filled = static_cast<int>(share * kWidth);
     const std::string image = stage_ == RecordingStage::kTracking ? " image " + std::to_string(count_) : "";
-    std::string line = formatted("[%s%s] %3d %%%s; %s%s, %s", std::string(filled, '#').c_str(),
+    // The time that has passed changes also where the estimate is rounded to the same numbers for long.
+    std::string line = formatted("[%s%s] %3d %% after %s%s; %s%s, %s", std::string(filled, '#').c_str(),
                                  std::string(kWidth - filled, ' ').c_str(), static_cast<int>(100 * share),
-                                 time_left().c_str(), name_of(*stage_), image.c_str(), words_.c_str());
+                                 minutes(now() - start_).c_str(), time_left().c_str(), name_of(*stage_),
+                                 image.c_str(), words_.c_str());
     winsize terminal{};
     const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &terminal) == 0 && terminal.ws_col > 1;
     line.resize(std::min<std::size_t>(line.size(), is_known ? terminal.ws_col - 1 : 79));  // on one line
@@ -179,6 +184,7 @@ class RunProgress {
   std::mutex mutex_;  // guards what follows and the line on the terminal
   RunEstimate estimate_;
   const bool quiet_, is_bar_;
+  const double start_ = now();
   std::optional<RecordingStage> stage_;  // none: nothing is drawn
   std::string words_ = "no image yet";
   int count_ = 0;

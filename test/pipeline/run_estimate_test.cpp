@@ -1,6 +1,17 @@
 #include "tools/run_estimate.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "tools/progress.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -73,6 +84,53 @@ TEST(RunEstimate, AnUnknownNumberOfImagesGivesNoTimeWhileTheyAreTracked) {
   EXPECT_FALSE(estimate.seconds_left(10));
   estimate.begin(RecordingStage::kRefining, 10);
   EXPECT_NEAR(estimate.seconds_left(10).value(), 10, 1e-9);
+}
+
+// Standard error is this terminal while an object of this class lives.
+class Terminal {
+ public:
+  Terminal() : terminal_(posix_openpt(O_RDWR | O_NOCTTY)), standard_error_(dup(STDERR_FILENO)) {
+    if (grantpt(terminal_) != 0 || unlockpt(terminal_) != 0) return;
+    user_ = open(ptsname(terminal_), O_RDWR | O_NOCTTY);
+    dup2(user_, STDERR_FILENO);
+  }
+  ~Terminal() {
+    dup2(standard_error_, STDERR_FILENO);
+    for (const int descriptor : {standard_error_, user_, terminal_}) close(descriptor);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  // What was written so far: at least one byte.
+  std::string read_all() const {
+    std::string text(1 << 16, '\0');
+    text.resize(static_cast<std::size_t>(std::max<ssize_t>(0, read(terminal_, text.data(), text.size()))));
+    return text;
+  }
+
+ private:
+  const int terminal_, standard_error_;
+  int user_ = -1;
+};
+
+// The estimate is long exceeded: its time left and its share are rounded to the same numbers.
+TEST(RunProgress, TheLineChangesWhereTheEstimateStandsStill) {
+  std::string text;
+  {
+    const Terminal terminal;
+    RunProgress progress(1, false);
+    progress.begin(RecordingStage::kTracking);
+    progress.show(FrameReport());
+    progress.begin(RecordingStage::kWriting);
+    std::this_thread::sleep_for(std::chrono::milliseconds(4500));
+    text = terminal.read_all();
+  }
+  std::set<std::string> lines;
+  for (std::size_t at = text.find("writing"); at != std::string::npos; at = text.find("writing", at + 1)) {
+    const std::size_t begin = text.rfind('\r', at);
+    lines.insert(text.substr(begin, at - begin));
+  }
+  EXPECT_GE(lines.size(), 4u) << text;
 }
 
 }  // namespace
