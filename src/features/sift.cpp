@@ -221,7 +221,7 @@ class OwnSift : public FeatureExtractor {
 
  private:
   void build(const SiftScale& scale) {
-    if (scale != space_.scale()) space_ = ScaleSpace(options_, scale);
+    if (scale != space_.scale()) space_.set_scale(scale);
     finder_.begin(weak_were_needed_ ? lowered_threshold() : options_.contrast_threshold);
     const auto look = [&](int octave, int begin, int end) { finder_.look_at(space_, octave, begin, end); };
     space_.build(gray_, std::ref(look));  // without a copy, which would be allocated

@@ -76,7 +76,15 @@ void halve(const Plane& in, Plane* out) {
 }  // namespace
 
 ScaleSpace::ScaleSpace(const SiftOptions& options, const SiftScale& scale, const ScaleSpaceOptions& limits)
-    : options_(options), limits_(limits), scale_(scale), filters_(options.num_threads) {
+    : options_(options), limits_(limits), filters_(options.num_threads) {
+  set_scale(scale);
+}
+
+void ScaleSpace::set_scale(const SiftScale& scale) {
+  scale_ = scale;
+  octaves_ = 0;
+  level_kernels_.clear();
+  reductions_.clear();
   for (int level = 1; level < layers() + 3; ++level) {
     level_kernels_.push_back(gaussian_kernel(
         added_sigma(sigma_of_level(level - 1.0f), sigma_of_level(static_cast<float>(level)))));
@@ -114,7 +122,8 @@ void ScaleSpace::build(const cv::Mat& gray, const RowsMade& rows_made) {
     ++octaves_;
     side *= 0.5f;
   }
-  planes_.resize(static_cast<std::size_t>(octaves_) * (layers() + 3));
+  const std::size_t planes = static_cast<std::size_t>(octaves_) * (layers() + 3);
+  if (planes_.size() < planes) planes_.resize(planes);
   if (octaves_ == 0) return;
 
   build_base(gray);

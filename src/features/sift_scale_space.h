@@ -104,6 +104,9 @@ class ScaleSpace {
   ScaleSpace(const SiftOptions& options, const SiftScale& scale, const ScaleSpaceOptions& limits = {});
 
   const SiftScale& scale() const { return scale_; }
+  /// Of the images to come. Their planes take the memory of those before: given back and asked for again, it
+  /// would be split by what is kept for long.
+  void set_scale(const SiftScale& scale);
 
   /// Called when rows [begin, end) of all images of an octave have been made, in order.
   using RowsMade = std::function<void(int octave, int begin, int end)>;

@@ -16,9 +16,12 @@ namespace {
 
 std::atomic<bool> counting{false};
 std::atomic<long> allocations{0};
+std::atomic<std::size_t> allocated_bytes{0};
 
-void note() {
-  if (counting.load(std::memory_order_relaxed)) ++allocations;
+void note(std::size_t size) {
+  if (!counting.load(std::memory_order_relaxed)) return;
+  ++allocations;
+  allocated_bytes += size;
 }
 
 }  // namespace
@@ -31,19 +34,19 @@ void* __libc_realloc(void* old, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
 
 void* malloc(std::size_t size) {
-  note();
+  note(size);
   return __libc_malloc(size);
 }
 void* calloc(std::size_t count, std::size_t size) {
-  note();
+  note(count * size);
   return __libc_calloc(count, size);
 }
 void* realloc(void* old, std::size_t size) {
-  note();
+  note(size);
   return __libc_realloc(old, size);
 }
 void* memalign(std::size_t alignment, std::size_t size) {
-  note();
+  note(size);
   return __libc_memalign(alignment, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
@@ -60,6 +63,7 @@ namespace {
 template <typename Work>
 long allocations_of(const Work& work) {
   allocations = 0;
+  allocated_bytes = 0;
   counting = true;
   work();
   counting = false;
@@ -98,6 +102,23 @@ TEST_P(SiftWarmTest, AllocatesNothingForImagesOfASizeItKnows) {
   const long returned = allocations_of([&] { extractor->extract(gray, cv::Mat(), &fresh); });
   EXPECT_EQ(fresh.size(), set.size());
   EXPECT_LE(returned, 3);  // features; descriptors and their header
+}
+
+// Each image is first searched as usual, and then on a finer scale.
+TEST(SiftAllocationTest, ImagesOfSmallObjectsTakeThePlanesOfThoseBefore) {
+  const cv::Mat gray = random_texture(322, 241, 1);
+  cv::Mat mask(gray.size(), CV_8U, cv::Scalar(0));
+  mask(cv::Rect(80, 60, 120, 120)) = 255;
+  SiftOptions options;
+  options.finer_for_small_objects = true;
+  const auto extractor = make_sift_extractor(options);
+  FeatureSet small, whole;
+  extractor->extract(gray, mask, &small);
+  options.finer_for_small_objects = false;
+  make_sift_extractor(options)->extract(gray, mask, &whole);
+  ASSERT_GT(small.size(), whole.size()) << "the scale is finer";
+  allocations_of([&] { extractor->extract(gray, mask, &small); });
+  EXPECT_LT(allocated_bytes, 100'000u) << "a plane has more";
 }
 
 INSTANTIATE_TEST_SUITE_P(FirstOctaves, SiftWarmTest, testing::Values(-1, 0, 1, 2));
