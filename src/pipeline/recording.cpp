@@ -31,6 +31,7 @@ class RecordingRun {
   RecordingResult run() {
     recording_.begin_stage(RecordingStage::kTracking);
     track_all();
+    const bool was_interrupted = recording_.interrupted();
     recording_.begin_stage(RecordingStage::kRefining);
     result_.tracked = tracker_.finish();
     result_.rests_on_two_views = tracker_.rests_on_two_views();
@@ -38,10 +39,9 @@ class RecordingRun {
       result_.reason = usual_reason();
       return std::move(result_);
     }
-    const bool was_interrupted = recording_.interrupted();
     register_again();
     if (!was_interrupted && recording_.interrupted())
-      warn("interrupted while images were registered again: some may have no pose");
+      warn("interrupted before all images were registered again: some may have no pose");
     recording_.begin_stage(RecordingStage::kRefining);
     judge_maps();
     return std::move(result_);

@@ -213,7 +213,24 @@ TEST_F(RecordingTest, AnInterruptedSecondRegistrationIsReported) {
   EXPECT_GE(opened, 2);
   EXPECT_GE(result.trajectory.size(), registered.size());
   ASSERT_FALSE(result.warnings.empty());
-  EXPECT_EQ(result.warnings[0], "interrupted while images were registered again: some may have no pose");
+  EXPECT_EQ(result.warnings[0], "interrupted before all images were registered again: some may have no pose");
+}
+
+// The map is finished all the same.
+TEST_F(RecordingTest, AnInterruptedRefinementIsReported) {
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  Recording recording;
+  recording.open = [&] { return std::make_unique<GivenImages>(images); };
+  bool is_over = false;
+  recording.begin_stage = [&](RecordingStage stage) { is_over |= stage == RecordingStage::kRefining; };
+  recording.interrupted = [&] { return is_over; };
+  Tracker tracker(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
+  const RecordingResult result = track_recording(
+      recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
+  ASSERT_TRUE(result.tracked);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_EQ(result.warnings[0], "interrupted before all images were registered again: some may have no pose");
 }
 
 TEST_F(RecordingTest, ImagesWithoutAPoseAreTold) {
