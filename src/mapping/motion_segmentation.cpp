@@ -139,14 +139,12 @@ std::vector<int> spread_in_time(const std::vector<RegisteredImage>& images,
 // Two images by their position in the order of time.
 using Pair = std::pair<int, int>;
 
-// Between compared keyframes: neighbours have most matches, distant ones separate slow motions.
-constexpr std::array<int, 3> kKeyframeDistances = {1, 2, 4};
-
-// Each image with the next, and keyframes at growing distances.
+// Each image with the next, and keyframes at growing distances: neighbours have most matches, distant
+// keyframes separate slow motions.
 std::vector<Pair> pairs_of(int images, const std::vector<int>& keyframes) {
   std::vector<Pair> pairs;
   for (int k = 0; k + 1 < images; ++k) pairs.emplace_back(k, k + 1);
-  for (const std::size_t apart : kKeyframeDistances) {
+  for (const std::size_t apart : {1, 2, 4}) {
     for (std::size_t k = 0; k + apart < keyframes.size(); ++k) {
       if (keyframes[k + apart] > keyframes[k] + 1) pairs.emplace_back(keyframes[k], keyframes[k + apart]);
     }
@@ -290,13 +288,13 @@ IndependentMotion find_independent_motion(const Map& map, const std::vector<Regi
   return result;
 }
 
-MotionEvidence sample_independent_motion(const Map& map, const MotionSegmentationOptions& options,
-                                         const ViewGraph* graph) {
+MotionEvidence sample_independent_motion(const Map& map, const std::vector<int>& distances,
+                                         const MotionSegmentationOptions& options, const ViewGraph* graph) {
   std::vector<int> keyframes;
   const std::vector<RegisteredImage> images = in_time(map, {}, ComparedImages::kKeyframes, &keyframes);
   const int count = static_cast<int>(images.size());
   std::vector<Pair> pairs;
-  for (const int apart : kKeyframeDistances) {
+  for (const int apart : distances) {
     const int all = count - apart, sampled = std::min(options.sampled_pairs, all);
     for (int i = 0; i < sampled; ++i) {
       const int k = i * all / sampled;

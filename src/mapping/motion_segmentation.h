@@ -176,9 +176,10 @@ IndependentMotion find_independent_motion(const Map& map, const std::vector<Regi
                                           ComparedImages asked, const MotionSegmentationOptions& options,
                                           const ViewGraph* graph = nullptr);
 
-/// Evidence of about thirty pairs of near keyframes at each of three distances, spread over the recording, at
-/// a cost independent of the map's size.
-MotionEvidence sample_independent_motion(const Map& map, const MotionSegmentationOptions& options,
+/// Evidence of about thirty pairs of keyframes at each of these distances in time, spread over the recording,
+/// at a cost independent of the map's size.
+MotionEvidence sample_independent_motion(const Map& map, const std::vector<int>& distances,
+                                         const MotionSegmentationOptions& options,
                                          const ViewGraph* graph = nullptr);
 
 /// The angle that the cameras span around the mapped object, seen from its centroid (rad): the rotation of

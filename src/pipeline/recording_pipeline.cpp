@@ -26,7 +26,7 @@ std::shared_ptr<const ObjectMasks> masks_of_other_object(const TrackedRecording&
                                        tracked.object_masks);
 }
 
-// Another seed changes nothing about this.
+// The larger object begins the map from any seed.
 bool is_of_less_rotating_object(const RecordingResult& result) {
   return result.tracked && result.maps.front().is_less_rotating_object;
 }
@@ -137,18 +137,17 @@ TrackedRecording RecordingPipeline::track(double seed, const Masks& masks) {
   return made;
 }
 
-// Tracks from these seeds, starting with first_index, until a result is confirmed or of the object that
-// rotates less. Returns whether one of the results is kept.
+// Tracks from these seeds, starting with first_index, until a result is confirmed. Returns whether one of the
+// results is kept.
 bool RecordingPipeline::try_seeds(std::size_t first_index, const Masks& masks) {
   bool is_kept = false;
   for (std::size_t i = first_index; i < limits_.seeds.size() && !recording_.interrupted(); ++i) {
     TrackedRecording next = track(limits_.seeds[i], masks);
-    const bool is_last = is_of_less_rotating_object(next.result);
     if (is_better(next.result, kept_.result)) {
       kept_ = std::move(next);
       is_kept = true;
     }
-    if (is_last || !is_in_doubt()) break;
+    if (!is_in_doubt()) break;
   }
   return is_kept;
 }

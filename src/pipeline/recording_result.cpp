@@ -47,7 +47,7 @@ void report_other_object(FinishedMap* map) {
         percent);
   } else if (map->is_less_rotating_object) {
     finding.text = formatted(
-        "Another object rotates more than the map's, and %ld %% of the matches move with it. If it is "
+        "A smaller object rotates more than the map's, and %ld %% of the matches move with it. If it is "
         "wanted, "
         "use segmentation/body: turning (config/object.yaml), or mask it (--masks).",
         percent);

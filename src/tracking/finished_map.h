@@ -32,8 +32,8 @@ struct FinishedMap {
   bool is_of_other_object = false;
   /// The largest object is wanted, and another one is larger.
   bool is_of_smaller_object = false;
-  /// The largest object is wanted and stays in view, but another one rotates plainly more, like a head above
-  /// shoulders.
+  /// The largest object is wanted and stays in view, but a smaller one rotates plainly more, like a head
+  /// above shoulders.
   bool is_less_rotating_object = false;
   /// Tracks of the mapped object and of independent motions, where segmentation/body asks for the object that
   /// rotates.

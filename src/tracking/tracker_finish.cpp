@@ -113,10 +113,12 @@ MotionSegmentationOptions Tracker::Impl::motion_options() const {
 void Tracker::Impl::assess_independent_motion(FinishedMap* map) {
   const MotionSegmentationOptions options = motion_options();
   if (!keeps_seen()) {
-    map->independent_motion = {sample_independent_motion(map->map, options, &view_graph()), {}};
-    const MotionEvidence& other = map->independent_motion;
+    const MotionEvidence other = sample_independent_motion(map->map, {1}, options, &view_graph());
+    MotionEvidence slow = other;  // a slow rotation shows between distant keyframes only
+    slow += sample_independent_motion(map->map, {2, 4}, options, &view_graph());
+    map->independent_motion = {other, {}};
     map->is_less_rotating_object =
-        !goes_through(map->map) && other.may_exist() && other.rotates_plainly_more();
+        !goes_through(map->map) && slow.may_exist() && !other.is_comparable() && slow.rotates_plainly_more();
     map->is_of_smaller_object = other.is_larger();
     if (map->is_of_smaller_object) {
       map->independent_motion =
