@@ -99,7 +99,7 @@ class RunProgress {
     stage_ = stage;
     if (is_bar_) draw();
     if (is_bar_ || quiet_ || !is_new || stage == RecordingStage::kTracking) return;
-    std::fprintf(stderr, "%s%s\n", name_of(stage), time_left().c_str());
+    std::fprintf(stderr, "%s%s\n", name_of(stage), time_left("about ").c_str());
   }
 
   /// Of an image that was tracked.
@@ -148,12 +148,12 @@ class RunProgress {
 
   static std::string minutes(double seconds) {
     const long whole = std::lround(std::ceil(seconds));
-    return formatted("%ld:%02ld min", whole / 60, whole % 60);
+    return formatted("%ld:%02ld", whole / 60, whole % 60);
   }
 
-  std::string time_left() const {
+  std::string time_left(const char* about) const {
     const std::optional<double> left = estimate_.seconds_left(now());
-    return left ? ", about " + minutes(*left) + " left" : "";
+    return left ? ", " + std::string(about) + minutes(*left) + " min left" : "";
   }
 
   void draw() {
@@ -163,9 +163,9 @@ class RunProgress {
     const int filled = static_cast<int>(share * kWidth);
     const std::string image = stage_ == RecordingStage::kTracking ? " image " + std::to_string(count_) : "";
     // The time that has passed changes also where the estimate is rounded to the same numbers for long.
-    std::string line = formatted("[%s%s] %3d %% after %s%s; %s%s, %s", std::string(filled, '#').c_str(),
+    std::string line = formatted("[%s%s] %3d %% in %s%s; %s%s, %s", std::string(filled, '#').c_str(),
                                  std::string(kWidth - filled, ' ').c_str(), static_cast<int>(100 * share),
-                                 minutes(now() - start_).c_str(), time_left().c_str(), name_of(*stage_),
+                                 minutes(now() - start_).c_str(), time_left("").c_str(), name_of(*stage_),
                                  image.c_str(), words_.c_str());
     winsize terminal{};
     const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &terminal) == 0 && terminal.ws_col > 1;

@@ -118,7 +118,7 @@ void Tracker::Impl::assess_independent_motion(FinishedMap* map) {
     slow += sample_independent_motion(map->map, {2, 4}, options, &view_graph());
     map->independent_motion = {other, {}};
     map->is_less_rotating_object =
-        !goes_through(map->map) && slow.may_exist() && !other.is_comparable() && slow.rotates_plainly_more();
+        !goes_through(map->map) && slow.exists() && !other.is_comparable() && slow.rotates_plainly_more();
     map->is_of_smaller_object = other.is_larger();
     if (map->is_of_smaller_object) {
       map->independent_motion =

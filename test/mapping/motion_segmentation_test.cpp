@@ -74,7 +74,7 @@ TEST_F(IndependentMotionTest, ASampleTellsItAsWell) {
 TEST_F(IndependentMotionTest, ASampleShowsThatASmallObjectRotatesMore) {
   const MotionEvidence sample = sample_independent_motion(map_with(false, 60, 300), {1, 2, 4}, options());
   EXPECT_EQ(sample.pairs, (kKeyframes - 1) + (kKeyframes - 2) + (kKeyframes - 4));
-  EXPECT_TRUE(sample.may_exist());
+  EXPECT_TRUE(sample.exists());
   EXPECT_FALSE(sample.is_comparable());
   EXPECT_TRUE(sample.rotates_plainly_more());
 }
