@@ -16,19 +16,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-bool is_of_other_object(const RecordingResult& result) {
-  return result.tracked && result.maps.front().is_of_other_object;
+bool shows(OtherObject other, const RecordingResult& result) {
+  return result.tracked && result.maps.front().other_object == other;
 }
 
 // Masks of the motion independent of the result's map, within its own masks.
 std::shared_ptr<const ObjectMasks> masks_of_other_object(const TrackedRecording& tracked) {
   return std::make_shared<ObjectMasks>(tracked.result.maps.front().independent_motion.tracks,
                                        tracked.object_masks);
-}
-
-// The larger object begins the map from any seed.
-bool is_of_less_rotating_object(const RecordingResult& result) {
-  return result.tracked && result.maps.front().is_less_rotating_object;
 }
 
 // Number of landmark observations in all images of the first map.
@@ -82,8 +77,9 @@ TrackedRecording RecordingPipeline::run() {
       if (!recording_.loaded && kept_.result.frames_total >= 2) {
         const bool is_masked = exclude_background();
         const bool is_switched = switch_to_larger_object() || switch_to_rotating_object();
-        if (!is_masked && !is_switched && is_in_doubt() && !is_of_less_rotating_object(kept_.result))
-          try_seeds(1, nullptr);
+        // An object larger than the one that rotates more begins the map from any seed.
+        const bool may_be_helped = !shows(OtherObject::kRotatesMore, kept_.result);
+        if (!is_masked && !is_switched && is_in_doubt() && may_be_helped) try_seeds(1, nullptr);
       }
     }
     return kept_.result.tracked ? &kept_.tracker->map() : nullptr;
@@ -179,7 +175,7 @@ bool RecordingPipeline::exclude_background() {
 // recording again with masks of the other object. Returns whether that is larger indeed, and kept.
 bool RecordingPipeline::switch_to_larger_object() {
   const RecordingResult& first = kept_.result;
-  if (!first.tracked || !first.maps.front().is_of_smaller_object || recording_.masks) return false;
+  if (!shows(OtherObject::kLarger, first) || recording_.masks) return false;
   const double larger_share = first.maps.front().independent_motion.share();
   const Masks masks = masks_of_other_object(kept_);
   for (const double seed : limits_.seeds) {
@@ -201,7 +197,7 @@ bool RecordingPipeline::switch_to_larger_object() {
 // both when it begins there. Returns whether a map of the rotating object is kept.
 bool RecordingPipeline::switch_to_rotating_object() {
   const RecordingResult& first = kept_.result;
-  if (!is_of_other_object(first)) return false;
+  if (!shows(OtherObject::kMayBeTurning, first)) return false;
   const Masks others = masks_of_other_object(kept_);
   std::optional<TrackedRecording> best;
   for (const double seed : limits_.seeds) {
@@ -219,7 +215,8 @@ bool RecordingPipeline::switch_to_rotating_object() {
 // the object that rotates most.
 TrackedRecording RecordingPipeline::track_most_rotating_object(double seed, Masks masks) {
   TrackedRecording found = track(seed, masks);
-  for (int objects = 2; objects < limits_.most_objects && is_of_other_object(found.result); ++objects) {
+  for (int objects = 2; objects < limits_.most_objects && shows(OtherObject::kMayBeTurning, found.result);
+       ++objects) {
     masks = masks_of_other_object(found);
     if (!can_track_with(masks)) break;
     found = track(seed, masks);

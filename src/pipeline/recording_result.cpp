@@ -24,36 +24,35 @@ Finding finding_of(FindingKind kind, std::size_t k = 0, std::size_t n = 0) {
   return finding;
 }
 
-void report_other_object(FinishedMap* map) {
-  const IndependentMotion& other = map->independent_motion;
-  const auto percent = std::lround(100 * other.share());
-  Finding finding = finding_of(FindingKind::kOtherObject);
-  if (map->is_of_other_object) {
-    finding.text = formatted(
-        "Two rigid objects move, and it is not clear whether the map is of the turning one "
-        "(segmentation/body): %ld %% of the matches move with the other. Mask the one that is wanted "
-        "(--masks).",
-        percent);
-  } else if (map->is_of_smaller_object) {
-    finding.text = formatted(
-        "Two rigid objects move, and the map is of the smaller: %ld %% of the matches move "
-        "with the other. Mask the one that is wanted (--masks).",
-        percent);
-  } else if (other.is_comparable()) {
-    finding.text = formatted(
-        "A second rigid motion explains %ld %% of the matches: another object, or the near part of the map "
-        "is wrong. Mask the object that is wanted (--masks), or use segmentation/body: turning "
-        "(config/object.yaml).",
-        percent);
-  } else if (map->is_less_rotating_object) {
-    finding.text = formatted(
-        "A smaller object rotates more than the map's, and %ld %% of the matches move with it. If it is "
-        "wanted, "
-        "use segmentation/body: turning (config/object.yaml), or mask it (--masks).",
-        percent);
-  } else {
-    return;
+// %ld: share of the matches that move with the other object, per cent.
+const char* text_about(OtherObject other) {
+  switch (other) {
+    case OtherObject::kMayBeTurning:
+      return "Two rigid objects move, and it is not clear whether the map is of the turning one "
+             "(segmentation/body): %ld %% of the matches move with the other. Mask the one that is wanted "
+             "(--masks).";
+    case OtherObject::kLarger:
+      return "Two rigid objects move, and the map is of the smaller: %ld %% of the matches move with the "
+             "other. Mask the one that is wanted (--masks).";
+    case OtherObject::kComparable:
+      return "A second rigid motion explains %ld %% of the matches: another object, or the near part of the "
+             "map is wrong. Mask the object that is wanted (--masks), or use segmentation/body: turning "
+             "(config/object.yaml).";
+    case OtherObject::kRotatesMore:
+      return "A smaller object rotates more than the mapped one: %ld %% of the matches move with it. If it "
+             "is "
+             "wanted, mask it (--masks), or use segmentation/body: turning (config/object.yaml).";
+    case OtherObject::kNone:
+      break;
   }
+  return nullptr;
+}
+
+void report_other_object(FinishedMap* map) {
+  const char* const text = text_about(map->other_object);
+  if (!text) return;
+  Finding finding = finding_of(FindingKind::kOtherObject);
+  finding.text = formatted(text, std::lround(100 * map->independent_motion.share()));
   map->quality.add(std::move(finding));
 }
 

@@ -183,7 +183,7 @@ class SplitStorage : public MessageStorage {
   std::vector<std::shared_ptr<MessageStorage>> parts_;
 };
 
-/// A file that was compressed as a whole, and decompressed beside it since.
+/// The path, or that of the decompressed file in the same folder where the path's is compressed as a whole.
 fs::path decompressed_or_itself(const fs::path& path) {
   std::error_code ignored;
   const fs::path decompressed = path.parent_path() / path.stem();

@@ -14,6 +14,17 @@
 
 namespace mono_pose_tracker {
 
+/// What is known of an object other than the mapped one that may be the wanted one.
+enum class OtherObject {
+  kNone,
+  kMayBeTurning,  // segmentation/body asks for the object that rotates, and that may be the other one
+  // The largest object is asked for, and the other one is
+  kLarger,      // larger
+  kComparable,  // not much smaller
+  kRotatesMore  // smaller, but it rotates plainly more before a map that stays in view: a head above
+                // shoulders
+};
+
 /// One of the maps of a finished recording.
 struct FinishedMap {
   std::uint32_t id = 0;
@@ -28,13 +39,7 @@ struct FinishedMap {
   QualityReport quality;
   ExplainedMatches explained;            // verified matches of the view graph that the map explains
   IndependentMotion independent_motion;  // another rigid motion in its images
-  /// segmentation/body asks for the object that rotates, and this map is, or may be, of another one.
-  bool is_of_other_object = false;
-  /// The largest object is wanted, and another one is larger.
-  bool is_of_smaller_object = false;
-  /// The largest object is wanted and stays in view, but a smaller one rotates plainly more, like a head
-  /// above shoulders.
-  bool is_less_rotating_object = false;
+  OtherObject other_object = OtherObject::kNone;
   /// Tracks of the mapped object and of independent motions, where segmentation/body asks for the object that
   /// rotates.
   std::vector<MotionTrack> object_tracks;

@@ -114,24 +114,27 @@ void Tracker::Impl::assess_independent_motion(FinishedMap* map) {
   const MotionSegmentationOptions options = motion_options();
   if (!keeps_seen()) {
     const MotionEvidence other = sample_independent_motion(map->map, {1}, options, &view_graph());
-    MotionEvidence slow = other;  // a slow rotation shows between distant keyframes only
-    slow += sample_independent_motion(map->map, {2, 4}, options, &view_graph());
     map->independent_motion = {other, {}};
-    map->is_less_rotating_object =
-        !goes_through(map->map) && slow.exists() && !other.is_comparable() && slow.rotates_plainly_more();
-    map->is_of_smaller_object = other.is_larger();
-    if (map->is_of_smaller_object) {
+    if (other.is_larger()) {
+      map->other_object = OtherObject::kLarger;
       map->independent_motion =
           find_independent_motion(map->map, {}, ComparedImages::kKeyframes, options, &view_graph());
+    } else if (other.is_comparable()) {
+      map->other_object = OtherObject::kComparable;
+    } else if (!goes_through(map->map)) {
+      MotionEvidence slow = other;  // a slow rotation shows between distant keyframes only
+      slow += sample_independent_motion(map->map, {2, 4}, options, &view_graph());
+      if (slow.exists() && slow.rotates_plainly_more()) map->other_object = OtherObject::kRotatesMore;
     }
     return;
   }
   const std::vector<RegisteredImage> seen = seen_in(*map);
   IndependentMotion other =
       find_independent_motion(map->map, seen, ComparedImages::kKeyframes, options, &view_graph());
-  map->is_of_other_object = other.may_exist() && !other.rotates_plainly_less();
+  const bool may_be_turning = other.may_exist() && !other.rotates_plainly_less();
   if (other.exists()) map->object_tracks = std::move(other.tracks);
-  if (!map->is_of_other_object) return;  // independently moving features are excluded
+  if (!may_be_turning) return;  // independently moving features are excluded
+  map->other_object = OtherObject::kMayBeTurning;
   map->independent_motion =
       find_independent_motion(map->map, seen, ComparedImages::kAllSeen, options, &view_graph());
 }

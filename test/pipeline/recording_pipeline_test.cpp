@@ -185,7 +185,7 @@ TEST_F(RecordingPipelineTest, AMapOfTheSmallerOfTwoObjectsIsRebuiltOfTheLarger) 
   const RecordingResult& result = tracked.result;
   ASSERT_TRUE(result.tracked);
   EXPECT_GT(tracked.attempt, 0);
-  EXPECT_FALSE(result.maps.front().is_of_smaller_object);
+  EXPECT_NE(result.maps.front().other_object, OtherObject::kLarger);
   const RegisteredFrame &a = result.trajectory[result.trajectory.size() / 4], &b = result.trajectory.back();
   const auto truth = [&](const RegisteredFrame& frame) {
     return second.truth[shown(frame.index)].map_from_camera;

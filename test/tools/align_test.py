@@ -98,36 +98,36 @@ class AlignTest(RunsOfARoom):
                  for row in rows(self.truth)}
         self.assertLess(rms_distance(positions(os.path.join(output, "trajectory.txt")), truth), 0.3)
 
-    def test_positions_that_do_not_help_are_told(self):
+    def test_positions_that_do_not_help_are_reported(self):
         given = self.written("given.txt", self.moved_truth()[:2])
-        output, told = self.track("--images", self.list, "--camera", self.camera, "--align", given)
-        self.assertIn("expected at least 4", told)
+        output, printed = self.track("--images", self.list, "--camera", self.camera, "--align", given)
+        self.assertIn("expected at least 4", printed)
         self.assertFalse(report(output)["alignment"]["maps"][0]["aligned"])
         self.assertEqual(content(output, "trajectory.txt"), content(self.tracked, "trajectory.txt"))
 
     def aligned(self, lines):
-        """The alignment of the first map, and what was told."""
-        output, told = self.track("--images", self.list, "--camera", self.camera, "--align", self.written("given.txt", lines))
-        return report(output)["alignment"]["maps"][0], told
+        """The alignment of the first map, and what was printed."""
+        output, printed = self.track("--images", self.list, "--camera", self.camera, "--align", self.written("given.txt", lines))
+        return report(output)["alignment"]["maps"][0], printed
 
     def test_names_with_folders_and_names_of_nothing(self):
         lines = [["%s" % name, "%.9f" % (float(pose[3]) / 11057.43), "%.9f" % (11 + float(pose[1]) / 11131.949),
                   "%.6f" % (500 - 10 * float(pose[2]))] for name, pose in zip(self.names, rows(self.truth))]
-        aligned, told = self.aligned([["images/" + line[0]] + line[1:] for line in lines])
-        self.assertEqual((aligned["positions"], told), (len(lines), ""))
-        aligned, told = self.aligned([["IMG_" + line[0]] + line[1:] for line in lines])
+        aligned, printed = self.aligned([["images/" + line[0]] + line[1:] for line in lines])
+        self.assertEqual((aligned["positions"], printed), (len(lines), ""))
+        aligned, printed = self.aligned([["IMG_" + line[0]] + line[1:] for line in lines])
         self.assertEqual(aligned["positions"], 0)
-        self.assertIn("begins with the image name IMG_%s, the path with %s" % (self.names[0], self.names[0]), told)
-        aligned, told = self.aligned([["%d" % (900 + i)] + pose[1:] for i, pose in enumerate(self.moved_truth())])
-        self.assertIn("begins with the time stamp 900.000000000, the path with " + self.stamps[0], told)
+        self.assertIn("begins with the image name IMG_%s, the path with %s" % (self.names[0], self.names[0]), printed)
+        aligned, printed = self.aligned([["%d" % (900 + i)] + pose[1:] for i, pose in enumerate(self.moved_truth())])
+        self.assertIn("begins with the time stamp 900.000000000, the path with " + self.stamps[0], printed)
 
-    def test_many_outliers_are_told(self):
+    def test_many_outliers_are_reported(self):
         lines = self.moved_truth()
         for i in range(0, 14, 2):
             lines[i][1] = "%.3f" % (float(lines[i][1]) + 20 + i)
-        aligned, told = self.aligned(lines)
+        aligned, printed = self.aligned(lines)
         self.assertTrue(aligned["aligned"])
-        self.assertIn("7 of %d given positions do not fit" % len(lines), told)
+        self.assertIn("7 of %d given positions do not fit" % len(lines), printed)
 
     def test_refusals(self):
         tum = [["1", "2", "3", "4", "0", "0", "0", value] for value in ("1", "nan")]

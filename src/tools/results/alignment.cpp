@@ -89,8 +89,9 @@ std::vector<GivenFrame> frames_by_name(const std::vector<NamedPosition>& given,
     const std::string& name = names.at(frame.index);
     const auto whole = by_name.find(name), last = by_file_name.find(file_name_of(name));
     const NamedPosition* found = whole != by_name.end() ? whole->second : nullptr;
+    // One of the two has no folder: names in different folders are different.
     if (!found && last != by_file_name.end() && last->second &&
-        (last->first == name || last->first == last->second->name)) {  // not of two different folders
+        (last->first == name || last->first == last->second->name)) {
       found = last->second;
     }
     if (found) frames.push_back({frame.index, frame.map_from_camera, found->x_in_world, std::nullopt});

@@ -129,7 +129,8 @@ void write_pages(const fs::path& output, const CameraParameters& camera, const F
 void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
                    MaskRecord* masks) {
   const FinishedMap& first = result.maps.front();
-  if (first.is_of_other_object || first.is_of_smaller_object) return;  // its outline is of what is not wanted
+  if (first.other_object == OtherObject::kMayBeTurning || first.other_object == OtherObject::kLarger)
+    return;  // its outline is of what is not wanted
   const ObjectOutlines outlines(result, camera);
   if (!outlines.have_other() && !most_have(*masks, result)) return;
   struct Outlined {
