@@ -2,13 +2,10 @@
 
 #include <array>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "mono_pose_tracker/geometry/p3p.h"
-#include "robust/motion_refinement.h"
 #include "robust/point_matches.h"
 #include "robust/ransac.h"
 #include "sample_consensus.h"
@@ -53,51 +50,6 @@ class PoseEstimator {
   double threshold_;
 };
 
-// With mostly distant points a pose may satisfy the majority and still be wrong about the camera's position:
-// near points are then outliers, and sampling ends before it has drawn enough of them. Without a threshold
-// the near points still pull on the pose, and distant points do not resist. Empty if too few points are
-// within reach.
-std::optional<CameraPose> drawn_to_outliers(const PointMatches& matches, const AbsolutePoseOptions& options,
-                                            const CameraPose& pose) {
-  const double threshold = options.ransac.threshold;
-  std::vector<Eigen::Vector3d> bearings, points;
-  int outliers = 0;
-  for (int i = 0; i < matches.size(); ++i) {
-    const Eigen::Vector3d bearing = matches.bearings()[i], point = matches.points()[i];
-    const double chord = ((pose.rotation * point + pose.translation).normalized() - bearing).norm();
-    if (!(chord < options.reach * threshold)) continue;
-    outliers += chord > threshold;
-    bearings.push_back(bearing);
-    points.push_back(point);
-  }
-  if (outliers < options.min_outliers) return std::nullopt;
-  MotionRefinementOptions refinement;
-  refinement.max_iterations = options.final_iterations;
-  refinement.loss_width = 1;  // what RANSAC takes for noise is pulled in full
-  const Rigid3 all = refine_absolute_pose(bearings, points, std::vector<double>(points.size(), threshold),
-                                          Rigid3(pose.rotation, pose.translation), refinement)
-                         .camera_from_map;
-  CameraPose drawn{all.rotation_matrix(), all.translation};
-  refine_camera_pose(matches, threshold, options.final_iterations, &drawn);
-  return drawn;
-}
-
-// Takes the pose refined with the outliers if it explains more of them than accidental matches would.
-void explain_more(const PointMatches& matches, const AbsolutePoseOptions& options, CameraPose* pose,
-                  RansacScore* score, std::vector<char>* inliers) {
-  if (2 * score->num_inliers < matches.size()) return;  // there is nothing that most agree on
-  const std::optional<CameraPose> drawn = drawn_to_outliers(matches, options, *pose);
-  if (!drawn) return;
-  std::vector<char> agreeing;
-  const RansacScore of_drawn = score_camera_pose(matches, *drawn, options.ransac.threshold,
-                                                 std::numeric_limits<double>::infinity(), &agreeing);
-  if (of_drawn.num_inliers < score->num_inliers + options.min_outliers || of_drawn.cost >= score->cost)
-    return;
-  *pose = *drawn;
-  *score = of_drawn;
-  *inliers = std::move(agreeing);
-}
-
 void validate(const std::vector<Eigen::Vector3d>& bearings, const std::vector<Eigen::Vector3d>& points,
               const AbsolutePoseOptions& options) {
   options.ransac.validate();
@@ -106,11 +58,9 @@ void validate(const std::vector<Eigen::Vector3d>& bearings, const std::vector<Ei
                                 " bearings and " + std::to_string(points.size()) +
                                 " points, expected equal numbers");
   }
-  if (options.local_iterations < 0 || options.final_iterations < 1 || options.min_outliers < 1 ||
-      !(options.reach > 0) || !(options.widening >= 1)) {
+  if (options.local_iterations < 0 || options.final_iterations < 1 || !(options.widening >= 1)) {
     throw std::invalid_argument(
-        "AbsolutePoseOptions: local_iterations must be at least 0, final_iterations, min_outliers and "
-        "widening at least 1, reach positive");
+        "AbsolutePoseOptions: local_iterations must be at least 0, final_iterations and widening at least 1");
   }
   require_quality_of_each(options.quality, points.size(), "AbsolutePoseOptions", "matches");
 }
@@ -140,10 +90,8 @@ AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& be
   if (options.widening > 1)
     widen_camera_pose(matches, threshold, options.widening, options.final_iterations, &pose);
   std::vector<char> inliers;
-  RansacScore score =
+  const RansacScore score =
       score_camera_pose(matches, pose, threshold, std::numeric_limits<double>::infinity(), &inliers);
-  if (options.asks_outliers && !is_set(options.ransac.cancelled))
-    explain_more(matches, options, &pose, &score, &inliers);
   if (options.refined_within_noise) polish_camera_pose(matches, threshold, options.final_iterations, &pose);
   report.success = true;
   report.camera_from_map = Rigid3(pose.rotation, pose.translation);

@@ -132,32 +132,6 @@ TEST(AbsolutePose, RefinementWithinNoiseLeavesScoreAndInliers) {
   EXPECT_EQ(refined.score, narrow.score);
 }
 
-// A railing before a skyline: seven of eight matches are so far that they leave open where the camera is, and
-// three of them are most samples.
-TEST(AbsolutePose, NearAndFarPointsAreExplainedTogether) {
-  constexpr int kFar = 250, kNear = 36, kWrong = 25;
-  int explained = 0;
-  for (int seed = 0; seed < 20; ++seed) {
-    Random random(seed);
-    const Rigid3 camera_from_map(Eigen::Matrix3d::Identity(), Eigen::Vector3d(0.01, -0.004, 0.02));
-    std::vector<Eigen::Vector3d> bearings, points;
-    for (int i = 0; i < kFar + kNear + kWrong; ++i) {
-      const double distance = i < kFar ? random.uniform(2, 20) : random.uniform(0.06, 0.12);
-      const Eigen::Vector3d x_in_camera = distance * random_bearing(&random);
-      points.push_back(camera_from_map.inverse() * x_in_camera);
-      bearings.push_back(i < kFar + kNear ? add_noise(x_in_camera.normalized(), kPixel, &random)
-                                          : random_bearing(&random));
-    }
-    AbsolutePoseOptions options = default_options(seed);
-    options.asks_outliers = true;
-    const auto report = estimate_absolute_pose(bearings, points, options);
-    ASSERT_TRUE(report.success);
-    explained +=
-        std::count(report.inliers.begin() + kFar, report.inliers.begin() + kFar + kNear, 1) > kNear / 2;
-  }
-  EXPECT_EQ(explained, 20);
-}
-
 TEST(AbsolutePose, SameSeedSameBytes) {
   const TwoViewScene scene = make_scene(0.5, kPixel, 3);
   const auto a = estimate_absolute_pose(scene.bearings2, scene.points_in_first, default_options(4));

@@ -11,7 +11,6 @@ namespace mono_pose_tracker {
 struct AbsolutePoseOptions {
   RansacOptions ransac;        // threshold: angle in radians between bearing and point
   std::vector<float> quality;  // empty, or one value a match, smaller is better (PROSAC order)
-  bool asks_outliers = false;  // that are near, where most is so far that it leaves open where the camera is
   // The pose is refined last with all matches that their noise explains, also beyond the threshold: as
   // precise as least squares of the correct matches. Left out where more matches lie beyond the threshold
   // than noise explains, as in a map that drifts. Score and inliers are of the pose before this step.
@@ -21,11 +20,6 @@ struct AbsolutePoseOptions {
   double widening = 3;
   int local_iterations = 5;   // of the refinement of a model just sampled, at least 0
   int final_iterations = 20;  // of the result, at least 1; quadratic convergence ends it after a few
-  // Of asks_outliers. Where far points leave the position open, it can be fitted to one or two outliers; one
-  // of thirty within reach joins them by chance.
-  int min_outliers = 5;  // that the pose has to explain in addition, at least 1
-  double reach = 32;  // thresholds, positive, within which outliers are asked: beyond, Cauchy's loss gives a
-                      // match less than a thousandth of its weight
 
   /// For a pose in a map that is being made: its points drift, and bundle adjustment refines the pose.
   static AbsolutePoseOptions in_growing_map(const RansacOptions& ransac) {
