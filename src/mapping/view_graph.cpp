@@ -163,7 +163,6 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
     if (best.inliers[i]) geometry->motion_of_match[rest.match[i]] = static_cast<std::uint8_t>(motion);
   }
   if (motion > 1) return true;
-  geometry->second_from_first = best.second_from_first;
   const double enough = options_.explained_by_simpler * best.num_inliers;
   const bool turns =
       report.rotation_only.angularDistance(Eigen::Quaterniond::Identity()) > pose.ransac.threshold;
@@ -172,7 +171,6 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
           ? (report.plane_inliers >= enough && report.hypotheses.size() > 1 ? TwoViewType::kPlanar
                                                                             : TwoViewType::kCalibrated)
           : (turns ? TwoViewType::kPanoramic : TwoViewType::kStatic);
-  if (geometry->type == TwoViewType::kPlanar) geometry->alternative = report.hypotheses[1].second_from_first;
   return true;
 }
 

@@ -19,7 +19,7 @@ enum class TwoViewType {
   kDegenerate,  // fewer verified matches than ViewGraphOptions::min_inliers
   kStatic,      // the features have not moved in the image: a camera at rest, or a static overlay
   kPanoramic,   // a rotation explains the matches: the direction of the translation is unknown
-  kPlanar,      // a homography explains the matches: `alternative` is the other motion (two-fold ambiguity)
+  kPlanar,      // a homography explains the matches, which has a second motion (two-fold ambiguity)
   kCalibrated,  // an essential matrix
   kMultiple,    // more than one rigid motion, separated by `motion_of_match`
 };
@@ -30,8 +30,6 @@ struct TwoViewGeometry {
   TwoViewType type = TwoViewType::kDegenerate;
   std::vector<Match> matches;                 // feature of the first image, of the second
   std::vector<std::uint8_t> motion_of_match;  // 0: outlier, 1: the dominant motion, 2: the next
-  Rigid3 second_from_first;                   // of the dominant motion; translation of unit length
-  Rigid3 alternative;                         // kPlanar: the other motion of the same homography
 
   /// Matches of a motion.
   int inliers(int motion = 1) const;
