@@ -5,23 +5,11 @@
 #include <vector>
 
 #include "keyframe_landmarks.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-// Absolute pose of the keyframe from candidate observations of the map (paper, step 4b). The report has an
-// inlier flag for each candidate.
-AbsolutePoseReport pose_by(const Map& map, const Keyframe& keyframe,
-                           const std::vector<CandidateObservation>& observations,
-                           const AbsolutePoseOptions& options) {
-  std::vector<Eigen::Vector3d> bearings, points;
-  for (const CandidateObservation& s : observations) {
-    bearings.push_back(keyframe.image->set.bearings[s.feature]);
-    points.push_back(map.landmark(s.landmark)->x_in_map);
-  }
-  return estimate_absolute_pose(bearings, points, options);
-}
 
 // Whether the keyframe shows the place of the candidates: at least as many inliers as a registered frame
 // needs, and half of all candidates. An aliased place has neither.
@@ -30,24 +18,9 @@ bool is_same_place(const MapperOptions& options, const AbsolutePoseReport& pose)
          2 * pose.num_inliers >= static_cast<int>(pose.inliers.size());
 }
 
-struct SeenLandmark {
-  LandmarkId id;
-  int feature;
-};
-
-std::vector<SeenLandmark> seen_landmarks(const Keyframe& keyframe) {
-  std::vector<SeenLandmark> seen;
-  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-    if (keyframe.landmark_of_feature[f] != kNoLandmark) {
-      seen.push_back({keyframe.landmark_of_feature[f], static_cast<int>(f)});
-    }
-  }
-  return seen;
-}
-
 // Share of a sample of the first keyframe's landmarks that the second has in view from a similar side.
 // Returns 0 early once the share is certainly too small, as for most pairs of a long walk.
-double overlap(const Map& map, const Keyframe& first, const std::vector<SeenLandmark>& landmarks,
+double overlap(const Map& map, const Keyframe& first, const std::vector<LandmarkId>& landmarks,
                const Keyframe& second, const CrossViewOptions& cross_view) {
   if (landmarks.empty()) return 0;
   const CameraModel& camera = second.image->camera;
@@ -56,7 +29,7 @@ double overlap(const Map& map, const Keyframe& first, const std::vector<SeenLand
   const double sampled = static_cast<double>((landmarks.size() + step - 1) / step);
   double in_view = sampled;
   for (std::size_t i = 0; i < landmarks.size(); i += step) {
-    const Eigen::Vector3d& x_in_map = map.landmark(landmarks[i].id)->x_in_map;
+    const Eigen::Vector3d& x_in_map = map.landmark(landmarks[i])->x_in_map;
     Eigen::Vector2d pixel;
     const bool is_seen = (center1 - x_in_map).normalized().dot((center2 - x_in_map).normalized()) >=
                              cross_view.min_view_cosine &&
@@ -73,58 +46,44 @@ bool is_observed_by(const Map& map, LandmarkId id, KeyframeId by, double max_err
   });
 }
 
-int node_of(const Keyframe& keyframe, ViewGraph* graph) {
-  return graph->add(keyframe.frame_index, keyframe.image);
-}
-
-// Verified matches between features of the second and landmarks of the first.
-std::vector<CandidateObservation> verified_observations(const ViewGraph& graph, const Keyframe& first,
-                                                        const Keyframe& second) {
-  const int node = graph.node_of(first.frame_index, first.image),
-            other = graph.node_of(second.frame_index, second.image);
-  const TwoViewGeometry* geometry = graph.edge(std::min(node, other), std::max(node, other));
-  std::vector<CandidateObservation> candidates;
-  for (std::size_t i = 0; geometry && i < geometry->matches.size(); ++i) {
-    if (geometry->motion_of_match[i] == 0) continue;
-    const Match& m = geometry->matches[i];
-    const LandmarkId landmark = first.landmark_of_feature[node < other ? m.first : m.second];
-    if (landmark != kNoLandmark)
-      candidates.push_back({node < other ? m.second : m.first, landmark, m.distance2});
+// Shared tracks of two keyframes: features of the second and landmarks of the first, if an absolute pose by
+// their verified matches shows that the place is the same (paper, step 4b). Observations that the map already
+// has are not among them.
+std::vector<SharedTrack> shared_tracks_between(const MapperOptions& options, const Map& map,
+                                               const Keyframe& first, const Keyframe& second,
+                                               ViewGraph* graph) {
+  const int node = graph->add(first.frame_index, first.image),
+            other = graph->add(second.frame_index, second.image);
+  graph->connect({{node, other}});
+  std::vector<SharedTrack> candidates;
+  std::vector<Eigen::Vector3d> bearings, points;
+  for (const VerifiedMatch& m : graph->verified_matches(node, other)) {
+    const LandmarkId landmark = first.landmark_of_feature[m.first];
+    if (landmark == kNoLandmark) continue;
+    candidates.push_back({landmark, first.id, second.id, m.second});
+    bearings.push_back(second.image->set.bearings[m.second]);
+    points.push_back(map.landmark(landmark)->x_in_map);
   }
-  return candidates;
-}
-
-// Shared tracks of two keyframes, if they show the same place.
-std::vector<SharedTrack> shared_tracks_between(const MapperOptions& options, const ViewGraph& graph,
-                                               const Map& map, const Keyframe& first,
-                                               const Keyframe& second) {
-  const std::vector<CandidateObservation> candidates = verified_observations(graph, first, second);
   const AbsolutePoseReport pose =
-      pose_by(map, second, candidates, AbsolutePoseOptions::in_growing_map(options.ransac));
-  if (!is_same_place(options, pose)) return {};
-  return shared_tracks_of(candidates, pose.inliers, first, second);
-}
-
-}  // namespace
-
-std::vector<SharedTrack> shared_tracks_of(const std::vector<CandidateObservation>& candidates,
-                                          const std::vector<char>& agrees, const Keyframe& first,
-                                          const Keyframe& second) {
+      estimate_absolute_pose(bearings, points, AbsolutePoseOptions::in_growing_map(options.ransac));
   std::vector<SharedTrack> tracks;
-  for (std::size_t i = 0; i < agrees.size(); ++i) {
-    const CandidateObservation& s = candidates[i];
-    if (agrees[i] && second.landmark_of_feature[s.feature] != s.landmark)
-      tracks.push_back({s.landmark, first.id, second.id, s.feature});
+  if (!is_same_place(options, pose)) return tracks;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const SharedTrack& track = candidates[i];
+    if (pose.inliers[i] && second.landmark_of_feature[track.feature] != track.landmark)
+      tracks.push_back(track);
   }
   return tracks;
 }
+
+}  // namespace
 
 KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than,
                                 const CrossViewOptions& cross_view) {
   KeyframePairs pairs;
   for (const auto& [id, keyframe] : map.keyframes()) {
     if (options.is_cancelled()) return {};
-    const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
+    const std::vector<LandmarkId> landmarks = landmarks_of(keyframe);
     std::vector<std::pair<double, KeyframeId>> overlapping;
     for (const auto& [other_id, other] : map.keyframes()) {
       if (other_id <= std::max(id, newer_than)) continue;
@@ -146,9 +105,8 @@ std::vector<SharedTrack> match_across_views(const MapperOptions& options, const 
   std::vector<SharedTrack> all;
   for (const auto& [first, second] : pairs) {
     if (options.bundle.is_cancelled()) break;
-    graph->connect({{node_of(*map->keyframe(first), graph), node_of(*map->keyframe(second), graph)}});
     const std::vector<SharedTrack> tracks =
-        shared_tracks_between(options, *graph, *map, *map->keyframe(first), *map->keyframe(second));
+        shared_tracks_between(options, *map, *map->keyframe(first), *map->keyframe(second), graph);
     merge_tracks(tracks, map);
     all.insert(all.end(), tracks.begin(), tracks.end());
   }

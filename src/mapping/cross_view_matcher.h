@@ -7,16 +7,8 @@
 #include "mapping/view_graph.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
-#include "mono_pose_tracker/robust/absolute_pose.h"
 
 namespace mono_pose_tracker {
-
-// A feature of an image and a landmark with a similar descriptor.
-struct CandidateObservation {
-  int feature;
-  LandmarkId landmark;
-  int distance2;
-};
 
 struct CrossViewOptions {
   std::size_t sampled_landmarks = 40;  // of a keyframe, to estimate its overlap with another
@@ -32,12 +24,6 @@ struct SharedTrack {
   KeyframeId keyframe;
   int feature;
 };
-
-// The shared tracks of two keyframes: inlier candidates of the second whose landmark the first observes.
-// Observations that the map already has are not among them. Empty where there are no inliers.
-std::vector<SharedTrack> shared_tracks_of(const std::vector<CandidateObservation>& candidates,
-                                          const std::vector<char>& agrees, const Keyframe& first,
-                                          const Keyframe& second);
 
 using KeyframePairs = std::vector<std::pair<KeyframeId, KeyframeId>>;
 

@@ -128,16 +128,16 @@ std::set<MatchToRest> matches_to_rest(const Map& map, const ViewGraph& graph,
     const bool first_is_inside = inside.count(edge.first) > 0;
     const Keyframe &in = *map.keyframe(first_is_inside ? edge.first : edge.second),
                    &out = *map.keyframe(first_is_inside ? edge.second : edge.first);
-    const TwoViewGeometry& geometry = *graph.edge(edge.pair.first, edge.pair.second);
-    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
-      const Match& m = geometry.matches[i];
+    const auto [node_in, node_out] =
+        first_is_inside ? edge.pair : ViewGraph::Pair(edge.pair.second, edge.pair.first);
+    for (const VerifiedMatch& m : graph.verified_matches(node_in, node_out)) {
       MatchToRest match;
       match.keyframe = in.id;
       match.of_rest = out.id;
-      match.feature = first_is_inside ? m.first : m.second;
-      match.feature_of_rest = first_is_inside ? m.second : m.first;
+      match.feature = m.first;
+      match.feature_of_rest = m.second;
       match.landmark = out.landmark_of_feature[match.feature_of_rest];
-      if (geometry.motion_of_match[i] == 0 || !in_rest.count(match.landmark)) continue;
+      if (!in_rest.count(match.landmark)) continue;
       const LandmarkId of_feature = in.landmark_of_feature[match.feature];
       if (in_segment.count(of_feature)) match.of_feature = of_feature;
       matches.insert(match);

@@ -95,22 +95,6 @@ std::vector<std::pair<KeyframeId, KeyframeId>> pairs_to_compare(const MapJoinerO
   return {pairs.begin(), pairs.end()};
 }
 
-// Matching features of two images: verified matches, or each feature with itself where the image is the same.
-std::vector<std::pair<int, int>> same_features(const ViewGraph& graph, int node, int other) {
-  std::vector<std::pair<int, int>> same;
-  if (node == other) {
-    for (int f = 0; f < graph.nodes()[node].image->size(); ++f) same.emplace_back(f, f);
-    return same;
-  }
-  const TwoViewGeometry& geometry = *graph.edge(std::min(node, other), std::max(node, other));
-  for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
-    if (geometry.motion_of_match[i] == 0) continue;
-    const Match& m = geometry.matches[i];
-    same.push_back(node < other ? std::pair(m.first, m.second) : std::pair(m.second, m.first));
-  }
-  return same;
-}
-
 // Rays of the cameras of either map to landmarks of the other.
 std::vector<RayToPoint> rays_of(const Map& map, const Map& other, const FoundLandmarks& found,
                                 const FoundLandmarks& found_in_other) {
@@ -201,11 +185,11 @@ std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& 
   FoundLandmarks found, found_in_other;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     const Keyframe &own = *map.keyframe(keyframes[i].first), &theirs = *other.keyframe(keyframes[i].second);
-    for (const auto& [feature, their_feature] : same_features(*graph, edges[i].first, edges[i].second)) {
-      const LandmarkId own_id = own.landmark_of_feature[feature],
-                       their_id = theirs.landmark_of_feature[their_feature];
-      if (own_id != kNoLandmark) found_in_other[theirs.id].emplace(their_feature, own_id);
-      if (their_id != kNoLandmark) found[own.id].emplace(feature, their_id);
+    for (const VerifiedMatch& m : graph->verified_matches(edges[i].first, edges[i].second)) {
+      const LandmarkId own_id = own.landmark_of_feature[m.first],
+                       their_id = theirs.landmark_of_feature[m.second];
+      if (own_id != kNoLandmark) found_in_other[theirs.id].emplace(m.second, own_id);
+      if (their_id != kNoLandmark) found[own.id].emplace(m.first, their_id);
     }
   }
   return align(options, joiner, map, other, found, found_in_other);

@@ -110,6 +110,20 @@ const TwoViewGeometry* ViewGraph::edge(int first, int second) const {
   return found == edges_.end() ? nullptr : &found->second;
 }
 
+std::vector<VerifiedMatch> ViewGraph::verified_matches(int first, int second) const {
+  std::vector<VerifiedMatch> verified;
+  for (int f = 0; first == second && f < nodes_[first].image->size(); ++f) verified.push_back({f, f});
+  const TwoViewGeometry* geometry = edge(std::min(first, second), std::max(first, second));
+  for (std::size_t i = 0; geometry && i < geometry->matches.size(); ++i) {
+    const Match& m = geometry->matches[i];
+    const int motion = geometry->motion_of_match[i];
+    if (motion == 0) continue;
+    verified.push_back(first < second ? VerifiedMatch{m.first, m.second, motion, i}
+                                      : VerifiedMatch{m.second, m.first, motion, i});
+  }
+  return verified;
+}
+
 double ViewGraph::max_error_rad(const Pair& pair) const {
   const auto of_camera = [&](const CameraModel& camera) {
     return options_.max_error_px * std::max(1.0, longer_side(camera) / options_.longer_side_px) /
@@ -119,6 +133,7 @@ double ViewGraph::max_error_rad(const Pair& pair) const {
 }
 
 std::vector<char> ViewGraph::explained_by(const Pair& pair, const Rigid3& second_from_first) const {
+  if (pair.first > pair.second) return explained_by({pair.second, pair.first}, second_from_first.inverse());
   const FeatureSet &first = nodes_[pair.first].image->set, &second = nodes_[pair.second].image->set;
   const std::vector<Match>& matches = edges_.at(pair).matches;
   const double limit = max_error_rad(pair);

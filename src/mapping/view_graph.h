@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <unordered_map>
@@ -33,6 +34,13 @@ struct TwoViewGeometry {
 
   /// Matches of a motion.
   int inliers(int motion = 1) const;
+};
+
+/// A verified match of two nodes in the order in which they were asked for.
+struct VerifiedMatch {
+  int first = -1, second = -1;  // features
+  int motion = 1;
+  std::size_t index = 0;  // in TwoViewGeometry::matches
 };
 
 struct ViewGraphOptions {
@@ -79,11 +87,15 @@ class ViewGraph {
   const std::map<Pair, TwoViewGeometry>& edges() const { return edges_; }
   /// Null where the edge was not computed. first < second.
   const TwoViewGeometry* edge(int first, int second) const;
+  /// The matches of the edge between two nodes that have a motion; none where it was not computed. A node
+  /// matches itself feature by feature.
+  std::vector<VerifiedMatch> verified_matches(int first, int second) const;
   const ViewGraphOptions& options() const { return options_; }
 
   /// Sampson error, rad, within which a match of the edge is explained by a relative pose.
   double max_error_rad(const Pair& pair) const;
-  /// Which matches of the edge a relative pose explains: within max_error_rad of their epipolar lines.
+  /// Which matches of the edge a relative pose explains: within max_error_rad of their epipolar lines. The
+  /// nodes may be in either order.
   std::vector<char> explained_by(const Pair& pair, const Rigid3& second_from_first) const;
 
  private:

@@ -182,17 +182,11 @@ class Tracker::Impl {
   void drop_young_maps(const std::set<std::uint32_t>& known);
   RegistrationReport register_near_in_time(const Frame& frame, const TrackingMap& map,
                                            std::size_t keyframes) const;
-  // An edge of the view graph between an image and a keyframe of the map.
-  struct RegistrationEdge {
-    KeyframeId keyframe = -1;
-    ViewGraph::Pair pair;
-    bool image_is_first = false;
-  };
-  std::vector<RegistrationEdge> edges_to(const Frame& frame, const TrackingMap& map,
+  std::map<KeyframeId, int> connected_to(const Frame& frame, const TrackingMap& map,
                                          const std::vector<KeyframeId>& keyframes);
   std::optional<Rigid3> pose_by_landmarks(const TrackingMap& map, const std::vector<LandmarkPixel>& landmarks,
                                           const Rigid3& initial);
-  bool agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
+  bool agrees_with_graph(const Frame& frame, const std::map<KeyframeId, int>& nodes, const TrackingMap& map,
                          const Rigid3& camera_from_map);
   RegistrationReport register_image(const Frame& frame, const TrackingMap& map,
                                     const std::optional<Prediction>& prediction);

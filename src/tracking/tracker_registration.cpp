@@ -52,45 +52,42 @@ std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses
 
 }  // namespace
 
-// The edges to these keyframes that the graph has; missing ones are computed.
-std::vector<Tracker::Impl::RegistrationEdge> Tracker::Impl::edges_to(
-    const Frame& frame, const TrackingMap& map, const std::vector<KeyframeId>& keyframes) {
+// The keyframes' nodes in the view graph, except the image's own. Missing edges to the image are computed.
+std::map<KeyframeId, int> Tracker::Impl::connected_to(const Frame& frame, const TrackingMap& map,
+                                                      const std::vector<KeyframeId>& keyframes) {
   ViewGraph& graph = view_graph();
-  const int node = graph.add(frame.index, frame.image);
-  std::vector<RegistrationEdge> edges;
+  const int image = graph.add(frame.index, frame.image);
+  std::map<KeyframeId, int> nodes;
   std::vector<ViewGraph::Pair> pairs;
   for (const KeyframeId id : keyframes) {
     const KeyframeView& keyframe = map.keyframes.at(id);
-    const int other = graph.add(keyframe.frame_index, keyframe.image);
-    if (other == node) continue;
-    edges.push_back({id, std::minmax(node, other), node < other});
-    pairs.push_back(edges.back().pair);
+    const int node = graph.add(keyframe.frame_index, keyframe.image);
+    if (node == image) continue;
+    nodes[id] = node;
+    pairs.emplace_back(image, node);
   }
   graph.connect(pairs);
-  return edges;
+  return nodes;
 }
 
 // Whether the pose explains most of the verified matches with landmarks of these keyframes; true where there
 // are too few.
-bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
-                                      const Rigid3& camera_from_map) {
+bool Tracker::Impl::agrees_with_graph(const Frame& frame, const std::map<KeyframeId, int>& nodes,
+                                      const TrackingMap& map, const Rigid3& camera_from_map) {
+  const ViewGraph& graph = view_graph();
+  const int image = graph.node_of(frame.index, frame.image);
   int matches = 0, explained = 0;
-  for (const RegistrationEdge& edge : edges) {
-    const KeyframeView& keyframe = map.keyframes.at(edge.keyframe);
-    const TwoViewGeometry& geometry = *view_graph().edge(edge.pair.first, edge.pair.second);
-    const Rigid3 image_from_keyframe = camera_from_map * keyframe.camera_from_map.inverse();
-    const std::vector<char> by_pose = view_graph().explained_by(
-        edge.pair, edge.image_is_first ? image_from_keyframe.inverse() : image_from_keyframe);
-    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
-      const Match& m = geometry.matches[i];
-      const int of_keyframe = edge.image_is_first ? m.second : m.first;
-      if (geometry.motion_of_match[i] != 1 || keyframe.landmark_of_feature[of_keyframe] == kNoLandmark)
-        continue;
+  for (const auto& [id, node] : nodes) {
+    const KeyframeView& keyframe = map.keyframes.at(id);
+    const std::vector<char> by_pose =
+        graph.explained_by({node, image}, camera_from_map * keyframe.camera_from_map.inverse());
+    for (const VerifiedMatch& m : graph.verified_matches(node, image)) {
+      if (m.motion != 1 || keyframe.landmark_of_feature[m.first] == kNoLandmark) continue;
       ++matches;
-      explained += by_pose[i] != 0;
+      explained += by_pose[m.index] != 0;
     }
   }
-  return matches < view_graph().options().min_inliers || 2 * explained > matches;
+  return matches < graph.options().min_inliers || 2 * explained > matches;
 }
 
 // Registers from the prediction. Where that fails, or the graph contradicts it, by P3P in RANSAC over the
@@ -104,7 +101,7 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
        map.places ? map.places->find(frame.image->set, limits_.similar_edges) : std::vector<KeyframeId>()) {
     if (map.keyframes.count(id) && known.insert(id).second) keyframes.push_back(id);
   }
-  const std::vector<RegistrationEdge> edges = edges_to(frame, map, keyframes);
+  const std::map<KeyframeId, int> nodes = connected_to(frame, map, keyframes);
   if (prediction) {
     const RegistrationReport expected =
         registrar_.register_frame(frame, map, prediction->reference, prediction->camera_from_map);
@@ -112,20 +109,18 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
     // before.
     const bool is_followed = expected.success && expected.is_where_predicted &&
                              !is_confined_to_corner(expected.support) && withdrawn_.count(frame.index) == 0;
-    if ((is_followed || is_found(expected)) && agrees_with_graph(edges, map, expected.camera_from_map))
+    if ((is_followed || is_found(expected)) && agrees_with_graph(frame, nodes, map, expected.camera_from_map))
       return expected;
   }
   std::set<std::pair<int, LandmarkId>> matches;
   std::map<KeyframeId, int> support;
-  for (const RegistrationEdge& edge : edges) {
-    const KeyframeView& keyframe = map.keyframes.at(edge.keyframe);
-    const TwoViewGeometry& geometry = *view_graph().edge(edge.pair.first, edge.pair.second);
-    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
-      const Match& m = geometry.matches[i];
-      const LandmarkId landmark = keyframe.landmark_of_feature[edge.image_is_first ? m.second : m.first];
-      if (geometry.motion_of_match[i] == 0 || map.landmarks.find(landmark) == map.landmarks.end()) continue;
-      matches.emplace(edge.image_is_first ? m.first : m.second, landmark);
-      ++support[edge.keyframe];
+  const int image = view_graph().node_of(frame.index, frame.image);
+  for (const auto& [id, node] : nodes) {
+    for (const VerifiedMatch& m : view_graph().verified_matches(node, image)) {
+      const LandmarkId landmark = map.keyframes.at(id).landmark_of_feature[m.first];
+      if (map.landmarks.find(landmark) == map.landmarks.end()) continue;
+      matches.emplace(m.second, landmark);
+      ++support[id];
     }
   }
   std::vector<Eigen::Vector3d> bearings, points;
@@ -142,7 +137,7 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
   const auto reference = std::max_element(support.begin(), support.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
   report = registrar_.register_frame(frame, map, reference->first, found.camera_from_map);
-  report.success = is_found(report) && agrees_with_graph(edges, map, report.camera_from_map);
+  report.success = is_found(report) && agrees_with_graph(frame, nodes, map, report.camera_from_map);
   return report;
 }
 
@@ -150,8 +145,9 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
 // all edges.
 RegistrationReport Tracker::Impl::register_again(const Frame& frame, const TrackingMap& map) {
   const RegistrationReport near = register_near_in_time(frame, map, 2);
-  if (is_found(near) && agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map,
-                                          near.camera_from_map)) {
+  if (is_found(near) &&
+      agrees_with_graph(frame, connected_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map,
+                        near.camera_from_map)) {
     return near;
   }
   return register_image(frame, map, std::nullopt);
