@@ -37,19 +37,7 @@ std::uint16_t probed_word(const DescriptorCode& code, int probe) {
   return probe == 0 ? code.word : code.word ^ (1u << code.uncertain[probe - 1]);
 }
 
-void check_range(const char* key, int value, int low, int high) {
-  if (value >= low && value <= high) return;
-  throw std::invalid_argument(std::string(key) + " is " + std::to_string(value) + ", expected " +
-                              std::to_string(low) + " to " + std::to_string(high));
-}
-
 }  // namespace
-
-void PlaceIndexOptions::validate() const {
-  check_range("max_features", max_features, 1, 1000000);
-  check_range("probes", probes, 1, 1 + DescriptorCode::kWordBits);
-  check_range("max_signature_distance", max_signature_distance, 0, 31);
-}
 
 /// Votes of an image's features. Features common to two images are rotated by the same angle, accidental ones
 /// by any (weak geometric consistency, Jegou, Douze and Schmid, ECCV 2008): votes are counted by rotation in
@@ -118,9 +106,7 @@ class PlaceIndex::Votes {
 };
 
 PlaceIndex::PlaceIndex(const PlaceIndexOptions& options)
-    : options_(options), coder_(options.seed), features_of_word_(1u << DescriptorCode::kWordBits) {
-  options_.validate();
-}
+    : options_(options), features_of_word_(1u << DescriptorCode::kWordBits) {}
 
 std::vector<int> PlaceIndex::strongest(const FeatureSet& features) const {
   std::vector<int> order(features.size());
@@ -372,8 +358,8 @@ DescriptorCode code_of(const Rotated& rotated, int slot, int num_uncertain) {
 
 }  // namespace
 
-DescriptorCoder::DescriptorCoder(std::uint64_t seed) {
-  Random random(seed);
+DescriptorCoder::DescriptorCoder() {
+  Random random(0);
   for (auto& round : signs_) {
     for (std::int32_t& sign : round) sign = random.index(2) == 0 ? -1 : 1;
   }

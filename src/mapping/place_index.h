@@ -25,7 +25,7 @@ struct DescriptorCode {
 /// trained, so the code of a descriptor never changes. Integer arithmetic makes it the same on every machine.
 class DescriptorCoder {
  public:
-  explicit DescriptorCoder(std::uint64_t seed);
+  DescriptorCoder();
 
   /// Descriptors have 128 bytes each. `num_uncertain`, at most kWordBits: number of uncertain bits to return,
   /// the least certain first.
@@ -55,15 +55,12 @@ int find_near(const CodedFeature* features, int count, std::uint64_t signature, 
               NearFeature* near);
 
 struct PlaceIndexOptions {
-  int max_features = 800;  // of an image, the strongest: more find no other places and cost time
-  int probes = 4;          // words looked up for a feature: its own, and those one uncertain bit away
-  // Bits of 64 in which the signatures of a match differ at most. Unrelated ones differ in 32 (deviation 4):
-  // four deviations below, one in 30,000 passes by chance. Views of one point differ in about a dozen.
+  int max_features = 800;  // of an image, at least 1, the strongest: more find no other places and cost time
+  int probes = 4;  // words looked up for a feature, 1 to 17: its own, and those one uncertain bit away
+  // Bits of 64 in which the signatures of a match differ at most, 0 to 31. Unrelated ones differ in 32
+  // (deviation 4): four deviations below, one in 30,000 passes by chance. Views of one point differ in about
+  // a dozen.
   int max_signature_distance = 16;
-  std::uint64_t seed = 0;  // of the random projection
-
-  /// Throws std::invalid_argument naming key, value and range.
-  void validate() const;
 };
 
 /// A keyframe that looks like an image.
@@ -84,7 +81,6 @@ struct PlaceMatch {
 /// concurrently.
 class PlaceIndex {
  public:
-  /// Throws as PlaceIndexOptions::validate.
   explicit PlaceIndex(const PlaceIndexOptions& options = {});
 
   /// Throws std::invalid_argument when the keyframe is there already.

@@ -76,7 +76,7 @@ void expect_equal(const std::vector<PlaceMatch>& a, const std::vector<PlaceMatch
 }
 
 TEST(DescriptorCoder, SignaturesOfOnePatchAgreeAndOfOthersDoNot) {
-  const DescriptorCoder coder(0);
+  const DescriptorCoder coder;
   Random random(1);
   int same_word = 0, near = 0, near_by_chance = 0;
   for (int i = 0; i < 500; ++i) {
@@ -94,7 +94,7 @@ TEST(DescriptorCoder, SignaturesOfOnePatchAgreeAndOfOthersDoNot) {
 // Several descriptors are encoded at once.
 TEST(DescriptorCoder, ACodeDoesNotDependOnItsCompany) {
   Random random(3);
-  const DescriptorCoder coder(0);
+  const DescriptorCoder coder;
   std::vector<cv::Mat> rows;
   std::vector<const std::uint8_t*> descriptors;
   for (int i = 0; i < 19; ++i) {
@@ -113,7 +113,7 @@ TEST(DescriptorCoder, ACodeDoesNotDependOnItsCompany) {
 }
 
 TEST(DescriptorCoder, UncertainBitsAreThoseThatTurn) {
-  const DescriptorCoder coder(0);
+  const DescriptorCoder coder;
   Random random(2);
   int turned = 0, foreseen = 0;
   for (int i = 0; i < 500; ++i) {
@@ -225,13 +225,6 @@ TEST(PlaceIndex, AnswersDependOnTheSetOfKeyframesAlone) {
   }
 }
 
-TEST(PlaceIndex, OptionsSeedChangesTheCodes) {
-  Random random(7);
-  const cv::Mat a = random_descriptor(random);
-  EXPECT_EQ(code_of(DescriptorCoder(1), a, 0).signature, code_of(DescriptorCoder(1), a, 0).signature);
-  EXPECT_NE(code_of(DescriptorCoder(1), a, 0).signature, code_of(DescriptorCoder(2), a, 0).signature);
-}
-
 TEST(PlaceIndex, ARemovedKeyframeIsNotFound) {
   Random random(8);
   const Street street(20, random);
@@ -308,19 +301,10 @@ TEST(PlaceIndex, ManyFeaturesTheStrongestCount) {
   EXPECT_EQ(index.query(feature_set(strong), 1).size(), 1u);
 }
 
-TEST(PlaceIndex, RefusesWhatMakesNoSense) {
+TEST(PlaceIndex, RefusesAKeyframeTwice) {
   PlaceIndex index;
   index.add(3, FeatureSet());
   EXPECT_THROW(index.add(3, FeatureSet()), std::invalid_argument);
-  PlaceIndexOptions options;
-  options.probes = 0;
-  EXPECT_THROW(PlaceIndex{options}, std::invalid_argument);
-  options = {};
-  options.max_features = 0;
-  EXPECT_THROW(PlaceIndex{options}, std::invalid_argument);
-  options = {};
-  options.max_signature_distance = 64;
-  EXPECT_THROW(PlaceIndex{options}, std::invalid_argument);
 }
 
 }  // namespace
