@@ -42,21 +42,23 @@ struct AlternativeMapOptions {
   std::size_t beginning = 24;  // keyframes at the beginning that are compared: the others were registered
                                // relative to these, and every alternative takes adjustments of them all
 };
+inline constexpr AlternativeMapOptions kAlternativeMaps{};
 
 /// Probability that the alternative costs so much more than the map by chance, if it were no worse: Student's
 /// t-test of the differences of the landmarks' costs (Vuong 1989). The errors of a landmark are correlated,
 /// as its features drift along the track, so that each landmark counts as one. Observations that the
 /// alternative has lost cost as much as outliers. 1 where it costs less than min_extra_cost more.
-double p_value_of(const Map& alternative, const Map& map, const AlternativeMapOptions& options);
+double p_value_of(const Map& alternative, const Map& map,
+                  double min_extra_cost = kAlternativeMaps.min_extra_cost);
 
 /// The map with every n-th landmark, where keyframes have far more observations than a comparison needs.
 /// Keyframes with few observations keep all of them. The sample is adjusted as the alternatives are. Nothing
 /// where no landmark would be dropped.
-std::optional<Map> sample_of(const BundleOptions& bundle, const AlternativeMapOptions& options,
-                             const Map& map);
+std::optional<Map> sample_of(const BundleOptions& bundle, const Map& map);
 
 /// Sum of squared errors, each capped.
-inline double cost_of(const Map& map, double outlier_sigmas) {
+inline double cost_of(const Map& map) {
+  constexpr double cap = kAlternativeMaps.outlier_sigmas * kAlternativeMaps.outlier_sigmas;
   double cost = 0;
   for (const auto& entry : map.keyframes()) {
     const Keyframe& keyframe = entry.second;
@@ -64,7 +66,7 @@ inline double cost_of(const Map& map, double outlier_sigmas) {
       const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
       if (!landmark) continue;
       const double error = error_px(keyframe, static_cast<int>(f), landmark->x_in_map);
-      cost += std::min(error * error, outlier_sigmas * outlier_sigmas);
+      cost += std::min(error * error, cap);
     }
   }
   return cost;

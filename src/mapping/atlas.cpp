@@ -9,16 +9,17 @@
 #include "common/rotation.h"
 #include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
+#include "mapping/mapper_limits.h"
 #include "mapping/track_extender.h"
 #include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 
-void update_covariances(const MapperOptions& options, const MapperLimits& limits, const Map& map,
-                        const std::vector<KeyframeId>& window, KeyframeCovariances* covariances) {
-  const auto found =
-      keyframe_covariances(window, held_keyframes(options.mapping.window_keyframes),
-                           std::min(limits.covariance_landmarks, options.mapping.window_landmarks), map);
+void update_covariances(const MapperOptions& options, const Map& map, const std::vector<KeyframeId>& window,
+                        KeyframeCovariances* covariances) {
+  const auto found = keyframe_covariances(
+      window, held_keyframes(options.mapping.window_keyframes),
+      std::min(kMapperLimits.covariance_landmarks, options.mapping.window_landmarks), map);
   KeyframeCovariances::Changes changes;
   for (const auto& [id, own] : found) {
     Eigen::Matrix<double, 6, 6> covariance = own;
@@ -35,15 +36,14 @@ void update_covariances(const MapperOptions& options, const MapperLimits& limits
   covariances->change(std::move(changes));
 }
 
-KeyframeCovariances find_covariances(const MapperOptions& options, const MapperLimits& limits,
-                                     const Map& map) {
+KeyframeCovariances find_covariances(const MapperOptions& options, const Map& map) {
   KeyframeCovariances covariances;
   const auto size = static_cast<std::size_t>(options.mapping.window_keyframes);
   std::vector<KeyframeId> window;
   for (const auto& entry : map.keyframes()) {
     window.push_back(entry.first);
     if (window.size() < size && entry.first != map.keyframes().rbegin()->first) continue;
-    update_covariances(options, limits, map, window, &covariances);
+    update_covariances(options, map, window, &covariances);
     window.clear();
   }
   return covariances;
@@ -163,8 +163,8 @@ void Atlas::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale
   if (scale_source) present_.map.set_scale_source(*scale_source);
 }
 
-bool Atlas::renew_unit(const ScaleOptions& scale, const MapperLimits& limits, double least_change) {
-  const std::optional<double> metres = present_.unit.metres(map().scale_source(), scale, limits, map());
+bool Atlas::renew_unit(const ScaleOptions& scale, double least_change) {
+  const std::optional<double> metres = present_.unit.metres(map().scale_source(), scale, map());
   if (!metres || std::abs(*metres - 1) <= least_change) return false;
   transform(Sim3::scaling(*metres));
   return true;
@@ -303,8 +303,7 @@ std::optional<double> metres_by_baseline(double known_baseline, const UnitSource
   return known_baseline / (last.inverse().translation - first.inverse().translation).norm();
 }
 
-std::optional<double> metres_by_marker(double marker_size, const MapperLimits& limits, const UnitSource& unit,
-                                       const Map& map) {
+std::optional<double> metres_by_marker(double marker_size, const UnitSource& unit, const Map& map) {
   std::vector<Rigid3> cameras_from_map;
   std::vector<std::vector<Eigen::Vector3d>> markers;
   for (const auto& [id, corners] : unit.markers) {
@@ -314,8 +313,8 @@ std::optional<double> metres_by_marker(double marker_size, const MapperLimits& l
     markers.push_back(corners);
   }
   const std::vector<Eigen::Vector3d> corners = marker_corners(cameras_from_map, markers);
-  if (corners.empty() || !is_square(corners, limits.max_side_difference) ||
-      widest_parallax(cameras_from_map, corners[0]) < limits.marker_parallax) {
+  if (corners.empty() || !is_square(corners, kMapperLimits.max_side_difference) ||
+      widest_parallax(cameras_from_map, corners[0]) < kMapperLimits.marker_parallax) {
     return std::nullopt;
   }
   return marker_size / mean_side(corners);
@@ -324,9 +323,9 @@ std::optional<double> metres_by_marker(double marker_size, const MapperLimits& l
 }  // namespace
 
 std::optional<double> UnitSource::metres(ScaleSource source, const ScaleOptions& scale,
-                                         const MapperLimits& limits, const Map& map) const {
+                                         const Map& map) const {
   if (source == ScaleSource::kKnownBaseline) return metres_by_baseline(scale.known_baseline, *this, map);
-  if (source == ScaleSource::kMarker) return metres_by_marker(scale.marker_size, limits, *this, map);
+  if (source == ScaleSource::kMarker) return metres_by_marker(scale.marker_size, *this, map);
   return std::nullopt;
 }
 

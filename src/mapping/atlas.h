@@ -17,7 +17,6 @@
 #include "mapping/loop_closer.h"
 #include "mapping/map_joiner.h"
 #include "mapping/map_motions.h"
-#include "mapping/mapper_limits.h"
 #include "mapping/place_index.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
@@ -32,8 +31,7 @@ struct UnitSource {
 
   /// Metres in a map unit, from `source`: the known baseline (a culled view has its stored pose), or the
   /// keyframes that observe the marker. Nothing while their parallax is too small, and for other sources.
-  std::optional<double> metres(ScaleSource source, const ScaleOptions& scale, const MapperLimits& limits,
-                               const Map& map) const;
+  std::optional<double> metres(ScaleSource source, const ScaleOptions& scale, const Map& map) const;
   /// Takes the source of a new map from its first views, which are the keyframes `ids`.
   ScaleSource begin(const InitialMap& initial, const std::vector<KeyframeId>& ids, const ScaleOptions& scale);
   /// After the removal of misregistered keyframes, which give no unit. map: without them.
@@ -88,7 +86,7 @@ class Atlas {
   /// Evaluates the source of the unit again after a global adjustment: at the beginning it was accurate to
   /// some per cent, and bundle adjustment does not preserve it. least_change: relative. Returns whether the
   /// map was rescaled.
-  bool renew_unit(const ScaleOptions& scale, const MapperLimits& limits, double least_change);
+  bool renew_unit(const ScaleOptions& scale, double least_change);
   /// Records the changes that were made to the map.
   void add_correction(const KeyframeChanges& changes);
   /// Records that the map has another geometry.
@@ -136,12 +134,11 @@ struct Atlas::Checkpoint {
 /// Covariances of an adjusted window: the uncertainty within it plus that of the fixed keyframe that
 /// constrains each one most. Errors of fixed keyframes are common to all keyframes relative to them, and no
 /// number of points averages them out.
-void update_covariances(const MapperOptions& options, const MapperLimits& limits, const Map& map,
-                        const std::vector<KeyframeId>& window, KeyframeCovariances* covariances);
+void update_covariances(const MapperOptions& options, const Map& map, const std::vector<KeyframeId>& window,
+                        KeyframeCovariances* covariances);
 
 /// Covariances of a loaded map, computed window after window in the order of its keyframes.
-KeyframeCovariances find_covariances(const MapperOptions& options, const MapperLimits& limits,
-                                     const Map& map);
+KeyframeCovariances find_covariances(const MapperOptions& options, const Map& map);
 
 /// Covariances are in the keyframes' own frames, so that a transformation of the map changes only their
 /// lengths.

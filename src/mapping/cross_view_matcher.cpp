@@ -11,6 +11,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr CrossViewOptions kCrossView{};
+
 // Whether the keyframe shows the place of the candidates: at least as many inliers as a registered frame
 // needs, and half of all candidates. An aliased place has neither.
 bool is_same_place(const MapperOptions& options, const AbsolutePoseReport& pose) {
@@ -21,20 +23,20 @@ bool is_same_place(const MapperOptions& options, const AbsolutePoseReport& pose)
 // Share of a sample of the first keyframe's landmarks that the second has in view from a similar side.
 // Returns 0 early once the share is certainly too small, as for most pairs of a long walk.
 double overlap(const Map& map, const Keyframe& first, const std::vector<LandmarkId>& landmarks,
-               const Keyframe& second, const CrossViewOptions& cross_view) {
+               const Keyframe& second) {
   if (landmarks.empty()) return 0;
   const CameraModel& camera = second.image->camera;
   const Eigen::Vector3d center1 = first.center_in_map(), center2 = second.center_in_map();
-  const std::size_t step = std::max<std::size_t>(1, landmarks.size() / cross_view.sampled_landmarks);
+  const std::size_t step = std::max<std::size_t>(1, landmarks.size() / kCrossView.sampled_landmarks);
   const double sampled = static_cast<double>((landmarks.size() + step - 1) / step);
   double in_view = sampled;
   for (std::size_t i = 0; i < landmarks.size(); i += step) {
     const Eigen::Vector3d& x_in_map = map.landmark(landmarks[i])->x_in_map;
     Eigen::Vector2d pixel;
     const bool is_seen = (center1 - x_in_map).normalized().dot((center2 - x_in_map).normalized()) >=
-                             cross_view.min_view_cosine &&
+                             kCrossView.min_view_cosine &&
                          camera.project(second.camera_from_map * x_in_map, &pixel) && camera.in_image(pixel);
-    if (!is_seen && --in_view / sampled < cross_view.min_overlap) return 0;
+    if (!is_seen && --in_view / sampled < kCrossView.min_overlap) return 0;
   }
   return in_view / sampled;
 }
@@ -78,8 +80,7 @@ std::vector<SharedTrack> shared_tracks_between(const MapperOptions& options, con
 
 }  // namespace
 
-KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than,
-                                const CrossViewOptions& cross_view) {
+KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than) {
   KeyframePairs pairs;
   for (const auto& [id, keyframe] : map.keyframes()) {
     if (options.is_cancelled()) return {};
@@ -87,14 +88,14 @@ KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, Ke
     std::vector<std::pair<double, KeyframeId>> overlapping;
     for (const auto& [other_id, other] : map.keyframes()) {
       if (other_id <= std::max(id, newer_than)) continue;
-      const double share = overlap(map, keyframe, landmarks, other, cross_view);
-      if (share < cross_view.min_overlap) continue;
+      const double share = overlap(map, keyframe, landmarks, other);
+      if (share < kCrossView.min_overlap) continue;
       // A tenth of the landmarks in common connects two keyframes well enough.
       if (10 * map.shared(id, other_id) > static_cast<int>(landmarks.size())) continue;
       overlapping.emplace_back(-share, other_id);
     }
     std::sort(overlapping.begin(), overlapping.end());
-    if (overlapping.size() > cross_view.pairs_per_keyframe) overlapping.resize(cross_view.pairs_per_keyframe);
+    if (overlapping.size() > kCrossView.pairs_per_keyframe) overlapping.resize(kCrossView.pairs_per_keyframe);
     for (const auto& entry : overlapping) pairs.emplace_back(id, entry.second);
   }
   return pairs;

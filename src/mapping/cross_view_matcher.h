@@ -29,8 +29,7 @@ using KeyframePairs = std::vector<std::pair<KeyframeId, KeyframeId>>;
 
 // Keyframe pairs whose views overlap by their poses, but which share few landmarks. Each keyframe is paired
 // with the few that overlap most. The newer keyframe of each pair is newer than `newer_than`.
-KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than = -1,
-                                const CrossViewOptions& cross_view = {});
+KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than = -1);
 
 // Merges the tracks of keyframes that view the same place but share few landmarks, because the map drifted
 // between their times. The pairs become edges of the view graph, and P3P RANSAC over the verified matches

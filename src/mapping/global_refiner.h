@@ -6,7 +6,6 @@
 #include "mapping/atlas.h"
 #include "mapping/cross_view_matcher.h"
 #include "mapping/graph_consistency.h"
-#include "mapping/mapper_limits.h"
 #include "mapping/track_extender.h"
 #include "mapping/view_graph.h"
 
@@ -14,14 +13,14 @@ namespace mono_pose_tracker {
 
 /// The end of a recording: optimises the atlas's present map by the view graph. Its user publishes the map.
 ///
-///     GlobalRefiner refiner(options, limits, &atlas, &graph);
+///     GlobalRefiner refiner(options, &atlas, &graph);
 ///     refiner.finish();
-///     refiner.refine({});
+///     refiner.refine();
 class GlobalRefiner {
  public:
   /// All must outlive this object.
-  GlobalRefiner(const MapperOptions& options, const MapperLimits& limits, Atlas* atlas, ViewGraph* graph)
-      : options_(options), limits_(limits), atlas_(*atlas), map_(atlas->present().map), graph_(*graph) {}
+  GlobalRefiner(const MapperOptions& options, Atlas* atlas, ViewGraph* graph)
+      : options_(options), atlas_(*atlas), map_(atlas->present().map), graph_(*graph) {}
 
   /// Adds the edges of the map to the view graph: to earlier keyframes, covisible ones, similar ones, and
   /// overlapping pairs.
@@ -31,7 +30,7 @@ class GlobalRefiner {
   void finish();
   /// Compares a finished map with the view graph, in a few rounds. Each moves inconsistent segments to where
   /// the graph places them and finishes the map again, or removes them. Returns the removed keyframes.
-  std::set<KeyframeId> refine(const GraphConsistencyOptions& consistency);
+  std::set<KeyframeId> refine();
 
   int failed_adjustments() const { return failed_adjustments_; }
 
@@ -41,14 +40,12 @@ class GlobalRefiner {
   void complete(SimilarKeyframes* similar);
   void adjust_roughly(const BundleOptions& bundle);
   void adjust_after_merging();
-  void retriangulate(const GraphConsistencyOptions& consistency);
+  void retriangulate();
   void settle();
-  bool correct_segments(const std::vector<InconsistentSegment>& segments,
-                        const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed);
+  bool correct_segments(const std::vector<InconsistentSegment>& segments, std::set<KeyframeId>* removed);
   void remove_wrong(const std::set<KeyframeId>& wrong, std::set<KeyframeId>* removed);
 
   const MapperOptions& options_;
-  const MapperLimits& limits_;
   Atlas& atlas_;
   Map& map_;  // the present one
   ViewGraph& graph_;

@@ -8,6 +8,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr InViewOptions kInView{};
+
 bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
   Eigen::Vector2d pixel;
   return camera.project(x_in_camera, &pixel) && camera.in_image(pixel);
@@ -28,16 +30,15 @@ double share_in_view(const std::vector<Eigen::Vector3d>& x_in_map, const Keyfram
 
 }  // namespace
 
-bool stays_in_view(const Map& map, const InViewOptions& options) {
+bool stays_in_view(const Map& map) {
   const std::vector<Eigen::Vector3d> x_in_map = positions_of(map);
   return std::all_of(map.keyframes().begin(), map.keyframes().end(), [&](const auto& entry) {
-    return share_in_view(x_in_map, entry.second) >= options.least_share;
+    return share_in_view(x_in_map, entry.second) >= kInView.least_share;
   });
 }
 
-bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
-                     const InViewOptions& options) {
-  const std::size_t step = 1 + map.landmarks.size() / options.max_sampled;
+bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map) {
+  const std::size_t step = 1 + map.landmarks.size() / kInView.max_sampled;
   std::size_t at = 0;
   std::ptrdiff_t asked = 0, in_view = 0, behind = 0;
   for (const auto& entry : map.landmarks) {
@@ -48,8 +49,8 @@ bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Ri
     in_view += is_visible;
     behind += !is_visible && x_in_camera.z() <= 0;
   }
-  return static_cast<double>(in_view) < options.least_share * static_cast<double>(asked) &&
-         static_cast<double>(behind) >= options.least_behind * static_cast<double>(asked);
+  return static_cast<double>(in_view) < kInView.least_share * static_cast<double>(asked) &&
+         static_cast<double>(behind) >= kInView.least_behind * static_cast<double>(asked);
 }
 
 }  // namespace mono_pose_tracker

@@ -19,11 +19,10 @@ struct InViewOptions {
 /// the landmarks are in front of each keyframe and within its image, occluded or not, as an object may be cut
 /// off at the image border. When the camera moves through a place, half of the landmarks are behind it or
 /// outside the image after ten keyframes.
-bool stays_in_view(const Map& map, const InViewOptions& options = {});
+bool stays_in_view(const Map& map);
 
 /// Whether the camera has passed the mapped structure: less than two thirds of the points are in its image,
 /// and some are behind it. An object that leaves the image or comes near does not get behind the camera.
-bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
-                     const InViewOptions& options = {});
+bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map);
 
 }  // namespace mono_pose_tracker

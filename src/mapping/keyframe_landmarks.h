@@ -1,10 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <utility>
 #include <vector>
 
+#include "common/statistics.h"
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
@@ -54,6 +56,24 @@ inline std::vector<LandmarkId> landmarks_observed_by(const Map& map,
     if (is_seen[i]) seen.push_back(offset + static_cast<LandmarkId>(i));
   }
   return seen;
+}
+
+// Number of observations of all landmarks.
+inline std::size_t count_observations(const Map& map) {
+  std::size_t count = 0;
+  for (const auto& entry : map.landmarks()) count += entry.second.observations.size();
+  return count;
+}
+
+// The median of each coordinate of the landmarks, in the frame of a camera or, without one, of the map.
+inline Eigen::Vector3d median_position(const Map& map, const Rigid3& camera_from_map = {}) {
+  std::array<std::vector<double>, 3> coordinates;
+  for (const auto& entry : map.landmarks()) {
+    const Eigen::Vector3d x = camera_from_map * entry.second.x_in_map;
+    for (int i = 0; i < 3; ++i) coordinates[i].push_back(x[i]);
+  }
+  return {median(std::move(coordinates[0])), median(std::move(coordinates[1])),
+          median(std::move(coordinates[2]))};
 }
 
 // At most `count` keyframes that share landmarks with this one, most shared landmarks first.

@@ -68,19 +68,18 @@ class PoseInformation {
 
 }  // namespace
 
-bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& second,
-                       const KnownBaselineOptions& options) {
+bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& second) {
   const Eigen::Vector3d way = second.center_in_map() - first.center_in_map();
   const double length = way.norm();
   if (length <= 0) return false;
+  const double min_significance = KnownBaselineOptions().min_significance;
   PoseInformation of_first(map, first), of_second(map, second);
   // Each landmark reduces the variance: if some landmarks determine the baseline, all do.
   while (true) {
     of_first.add(kTestAfter);
     of_second.add(kTestAfter);
     const double variance = of_first.variance_along(way / length) + of_second.variance_along(way / length);
-    if (std::isfinite(variance) &&
-        length * length >= options.min_significance * options.min_significance * variance)
+    if (std::isfinite(variance) && length * length >= min_significance * min_significance * variance)
       return true;
     if (of_first.is_complete() && of_second.is_complete()) return false;
   }

@@ -96,7 +96,7 @@ bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& 
 }  // namespace
 
 Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image,
-                const std::unordered_set<LandmarkId>& excluded, const KeyframeLocatorOptions& locator) {
+                const std::unordered_set<LandmarkId>& excluded) {
   const CameraModel& camera = image.camera;
   Location location;
   const AbsolutePoseReport pose = pose_by_descriptors(options, candidates_of(map, {place}, excluded), image);
@@ -104,7 +104,7 @@ Location locate(const MapperOptions& options, const Map& map, KeyframeId place, 
   location.camera_from_map = pose.camera_from_map;
   std::vector<KeyframeId> local = {place};
   for (const auto& [id, shared] : map.covisible(place)) {
-    if (static_cast<int>(local.size()) < locator.local_keyframes) local.push_back(id);
+    if (static_cast<int>(local.size()) < KeyframeLocatorOptions().local_keyframes) local.push_back(id);
   }
   const std::vector<LandmarkCandidate> candidates = candidates_of(map, local, excluded);
   if (!refine(options, candidates, image, &location)) return location;
@@ -112,7 +112,7 @@ Location locate(const MapperOptions& options, const Map& map, KeyframeId place, 
   for (const auto& match : location.matches) inliers.push_back(match.first);
   const ExpectedFinds in_map = expected_finds(candidates, camera, location.camera_from_map, {});
   location.support = pose_support(image, camera.width(), camera.height(), inliers, in_map);
-  location.found = is_supported(location.support, options.min_inliers, locator.support);
+  location.found = is_supported(location.support, options.min_inliers);
   return location;
 }
 

@@ -53,7 +53,6 @@ std::vector<LandmarkMatch> inliers_of(const ImageFeatures& image,
 
 struct KeyframeLocatorOptions {
   int local_keyframes = 12;  // whose landmarks verify the pose: the place and those that share most with it
-  PoseSupportOptions support;
 };
 
 /// The pose of an image in a map in which it was not registered.
@@ -68,7 +67,6 @@ struct Location {
 /// P3P RANSAC, guided matching, refinement. `found` means that the pose is supported (pose_support.h);
 /// callers should require a second consistent view. excluded: landmarks that are not used.
 Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image,
-                const std::unordered_set<LandmarkId>& excluded = {},
-                const KeyframeLocatorOptions& locator = {});
+                const std::unordered_set<LandmarkId>& excluded = {});
 
 }  // namespace mono_pose_tracker

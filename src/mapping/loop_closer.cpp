@@ -22,6 +22,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr LoopOptions kLoops{};
+
 double median_depth(const TrackingMap& map, const KeyframeView& keyframe) {
   std::vector<double> depths;
   for (const LandmarkId l : keyframe.landmark_of_feature) {
@@ -32,29 +34,26 @@ double median_depth(const TrackingMap& map, const KeyframeView& keyframe) {
   return median(std::move(depths));
 }
 
-PoseGraphEdge make_edge(int from, int to, const Sim3& measured, double depth, double weight,
-                        const LoopOptions& options) {
+PoseGraphEdge make_edge(int from, int to, const Sim3& measured, double depth, double weight) {
   PoseGraphEdge edge;
   edge.from = from;
   edge.to = to;
   edge.measured = measured;
-  const double shift_sigma =
-      options.scale_sigma * measured.translation.norm() + options.rotation_sigma * depth;
-  edge.turn_weight = weight / options.rotation_sigma;
+  const double shift_sigma = kLoops.scale_sigma * measured.translation.norm() + kLoops.rotation_sigma * depth;
+  edge.turn_weight = weight / kLoops.rotation_sigma;
   edge.shift_weight = weight / std::max(shift_sigma, 1e-9);
-  edge.scale_weight = weight / options.scale_sigma;
+  edge.scale_weight = weight / kLoops.scale_sigma;
   return edge;
 }
 
 // Pairs of strongly covisible keyframes, the older first.
-std::set<std::pair<KeyframeId, KeyframeId>> strongly_covisible_pairs(const TrackingMap& map,
-                                                                     const LoopOptions& options) {
+std::set<std::pair<KeyframeId, KeyframeId>> strongly_covisible_pairs(const TrackingMap& map) {
   std::set<std::pair<KeyframeId, KeyframeId>> pairs;
   for (const auto& [id, keyframe] : map.keyframes) {
     int edges = 0;
-    for (std::size_t i = 0; i < keyframe.covisible.size() && edges < options.edges; ++i) {
+    for (std::size_t i = 0; i < keyframe.covisible.size() && edges < kLoops.edges; ++i) {
       const KeyframeId other = keyframe.covisible[i];
-      if (edges > 0 && keyframe.shared_landmarks[i] < options.min_shared) break;
+      if (edges > 0 && keyframe.shared_landmarks[i] < kLoops.min_shared) break;
       if (map.keyframes.count(other) == 0) continue;
       pairs.insert(std::minmax(id, other));
       ++edges;
@@ -70,23 +69,21 @@ Sim3 change_of(const Rigid3& camera_from_map, const Sim3& new_from_camera) {
 }  // namespace
 
 std::optional<KeyframeChanges> distribute_loop_correction(const TrackingMap& map, const LoopConstraint& loop,
-                                                          const std::function<bool()>& cancelled,
-                                                          const LoopOptions& options) {
+                                                          const std::function<bool()>& cancelled) {
   PoseGraph graph;
   std::map<KeyframeId, int> node_of;
   for (const auto& [id, keyframe] : map.keyframes) {
     node_of[id] = static_cast<int>(graph.nodes.size());
     graph.nodes.push_back({Sim3(keyframe.camera_from_map.inverse()), graph.nodes.empty()});
   }
-  for (const auto& [a, b] : strongly_covisible_pairs(map, options)) {
+  for (const auto& [a, b] : strongly_covisible_pairs(map)) {
     const KeyframeView &from = map.keyframes.at(a), &to = map.keyframes.at(b);
     graph.edges.push_back(make_edge(node_of.at(a), node_of.at(b),
                                     Sim3(from.camera_from_map * to.camera_from_map.inverse()),
-                                    median_depth(map, from), 1, options));
+                                    median_depth(map, from), 1));
   }
   graph.edges.push_back(make_edge(node_of.at(loop.from), node_of.at(loop.to), loop.from_from_to,
-                                  median_depth(map, map.keyframes.at(loop.from)), options.loop_weight,
-                                  options));
+                                  median_depth(map, map.keyframes.at(loop.from)), kLoops.loop_weight));
   PoseGraphOptions solver;
   solver.cancel = cancelled;
   const PoseGraphReport report = adjust_pose_graph(solver, &graph);
@@ -175,10 +172,10 @@ KeyframeChanges GlobalAdjustment::apply(Map* map) const {
 namespace {
 
 // Keyframes of the map that are connected to this one.
-std::vector<KeyframeId> connected_to(const Map& map, KeyframeId keyframe, int min_covisible) {
+std::vector<KeyframeId> connected_to(const Map& map, KeyframeId keyframe) {
   std::vector<KeyframeId> connected;
   for (const auto& [id, shared] : map.covisible(keyframe)) {
-    if (shared < min_covisible) break;
+    if (shared < kLoops.min_covisible) break;
     connected.push_back(id);
   }
   return connected;
@@ -186,11 +183,11 @@ std::vector<KeyframeId> connected_to(const Map& map, KeyframeId keyframe, int mi
 
 /// The keyframe and those connected to it directly or by one between: bundle adjustment corrects the drift
 /// among them.
-std::unordered_set<KeyframeId> near_in_map(const Map& map, KeyframeId keyframe, int min_covisible) {
+std::unordered_set<KeyframeId> near_in_map(const Map& map, KeyframeId keyframe) {
   std::unordered_set<KeyframeId> near = {keyframe};
-  for (const KeyframeId id : connected_to(map, keyframe, min_covisible)) {
+  for (const KeyframeId id : connected_to(map, keyframe)) {
     near.insert(id);
-    const std::vector<KeyframeId> next = connected_to(map, id, min_covisible);
+    const std::vector<KeyframeId> next = connected_to(map, id);
     near.insert(next.begin(), next.end());
   }
   return near;
@@ -200,15 +197,14 @@ bool is_covisible(const Map& map, KeyframeId a, KeyframeId b) { return a == b ||
 
 // Whether features that both loops match are mostly matched to points that the old place observes elsewhere:
 // similar structures, however close together.
-bool contradict(const Map& map, const LoopConstraint& first, const LoopConstraint& second,
-                double max_disagreement_px) {
+bool contradict(const Map& map, const LoopConstraint& first, const LoopConstraint& second) {
   const Keyframe& place = *map.keyframe(first.from);
   const auto pixel_of = [&](LandmarkId id, Eigen::Vector2d* pixel) {
     const Landmark* landmark = map.landmark(id);
     return landmark && place.image->camera.project(place.camera_from_map * landmark->x_in_map, pixel);
   };
   const std::unordered_map<LandmarkId, LandmarkId> old_of(first.matches.begin(), first.matches.end());
-  const double limit = max_disagreement_px * image_scale(place.image->camera);
+  const double limit = kLoops.max_disagreement_px * image_scale(place.image->camera);
   int both = 0, apart = 0;
   for (const auto& [in_new, in_old] : second.matches) {
     const auto other = old_of.find(in_new);
@@ -221,11 +217,8 @@ bool contradict(const Map& map, const LoopConstraint& first, const LoopConstrain
   return 2 * apart > both;
 }
 
-}  // namespace
-
-std::vector<KeyframeId> LoopFinder::candidates(const Map& map, const PlaceIndex& index,
-                                               KeyframeId keyframe) const {
-  const std::unordered_set<KeyframeId> near = near_in_map(map, keyframe, loops_.min_covisible);
+std::vector<KeyframeId> places_to_verify(const Map& map, const PlaceIndex& index, KeyframeId keyframe) {
+  const std::unordered_set<KeyframeId> near = near_in_map(map, keyframe);
   std::vector<KeyframeId> ids;
   for (const PlaceMatch& match :
        index.query(map.keyframe(keyframe)->image->set, kBestPlaces,
@@ -235,36 +228,42 @@ std::vector<KeyframeId> LoopFinder::candidates(const Map& map, const PlaceIndex&
   return ids;
 }
 
-bool LoopFinder::agree(const Map& map, const LoopConstraint& first, const LoopConstraint& second) const {
-  const double limit = loops_.max_disagreement_px * image_scale(camera_);
-  return loop_disagreement_px(map, first, second) < limit && loop_disagreement_px(map, second, first) < limit;
+// Whether each loop moves the other's points to where the other's old place observes them.
+bool agree(const Map& map, const LoopConstraint& first, const LoopConstraint& second) {
+  const auto explains = [&](const LoopConstraint& loop, const LoopConstraint& other) {
+    const Keyframe* place = map.keyframe(other.from);
+    return place && loop_disagreement_px(map, loop, other) <
+                        kLoops.max_disagreement_px * image_scale(place->image->camera);
+  };
+  return explains(first, second) && explains(second, first);
 }
 
-std::optional<LoopConstraint> LoopFinder::best_unambiguous(const Map& map,
-                                                           std::vector<LoopConstraint> loops) const {
+std::optional<LoopConstraint> best_unambiguous(const Map& map, std::vector<LoopConstraint> loops) {
   if (loops.empty()) return std::nullopt;
   std::stable_sort(loops.begin(), loops.end(), [](const LoopConstraint& a, const LoopConstraint& b) {
     return a.support.found > b.support.found;
   });
   for (std::size_t i = 1; i < loops.size(); ++i) {
-    if (loops[i].support.found <= loops_.places.aliased_share * loops[0].support.found) continue;
+    if (loops[i].support.found <= kLoops.places.aliased_share * loops[0].support.found) continue;
     // Covisible keyframes are one place when their loops agree in the image: their similarities may differ
     // where the depths constrain the scale weakly. Those of two doors in a row do not agree.
     const bool is_ambiguous = is_covisible(map, loops[0].from, loops[i].from)
-                                  ? contradict(map, loops[0], loops[i], loops_.max_disagreement_px)
+                                  ? contradict(map, loops[0], loops[i])
                                   : !agree(map, loops[0], loops[i]);
     if (is_ambiguous) return std::nullopt;
   }
   return std::move(loops[0]);
 }
 
+}  // namespace
+
 std::optional<LoopConstraint> LoopFinder::find(const Map& map, const PlaceIndex& index, KeyframeId keyframe) {
-  if (awaiting_ && ++waited_ > loops_.max_wait) awaiting_.reset();
+  if (awaiting_ && ++waited_ > kLoops.max_wait) awaiting_.reset();
   std::vector<LoopConstraint> loops;
-  const std::vector<KeyframeId> places = candidates(map, index, keyframe);
+  const std::vector<KeyframeId> places = places_to_verify(map, index, keyframe);
   std::vector<std::optional<LoopConstraint>> verified(places.size());
   parallel_for(static_cast<int>(places.size()), options_.threads,
-               [&](int i) { verified[i] = verify_loop(options_, map, keyframe, places[i], loops_); });
+               [&](int i) { verified[i] = verify_loop(options_, map, keyframe, places[i]); });
   for (std::optional<LoopConstraint>& loop : verified) {
     if (loop) loops.push_back(std::move(*loop));
   }
@@ -289,10 +288,9 @@ std::optional<LoopConstraint> LoopFinder::find(const Map& map, const PlaceIndex&
 namespace {
 
 // Drift as a share of the path between the two keyframes; nothing when it exceeds the limit.
-std::optional<double> drift_of(const Map& map, const Keyframe& keyframe, const LoopConstraint& loop,
-                               const LoopOptions& loops) {
+std::optional<double> drift_of(const Map& map, const Keyframe& keyframe, const LoopConstraint& loop) {
   if (loop.old_from_new.rotation.angularDistance(Eigen::Quaterniond::Identity()) >
-      loops.places.max_rotation_drift)
+      kLoops.places.max_rotation_drift)
     return std::nullopt;
   const Eigen::Vector3d center = keyframe.center_in_map();
   std::vector<double> distances;
@@ -300,7 +298,8 @@ std::optional<double> drift_of(const Map& map, const Keyframe& keyframe, const L
     distances.push_back((map.landmark(match.first)->x_in_map - center).norm());
   const double path_length = path_length_between(map.keyframes(), *map.keyframe(loop.from), keyframe);
   const double moved = (loop.old_from_new * center - center).norm();
-  if (moved > loops.places.max_drift * path_length + loops.max_drift_of_depth * median(std::move(distances)))
+  if (moved >
+      kLoops.places.max_drift * path_length + kLoops.max_drift_of_depth * median(std::move(distances)))
     return std::nullopt;
   return path_length > 0 ? moved / path_length : 0;
 }
@@ -308,8 +307,7 @@ std::optional<double> drift_of(const Map& map, const Keyframe& keyframe, const L
 }  // namespace
 
 std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Map& map,
-                                          KeyframeId keyframe_id, KeyframeId place,
-                                          const LoopOptions& loops) {
+                                          KeyframeId keyframe_id, KeyframeId place) {
   const Keyframe& keyframe = *map.keyframe(keyframe_id);
   const std::unordered_set<LandmarkId> own(keyframe.landmark_of_feature.begin(),
                                            keyframe.landmark_of_feature.end());
@@ -328,7 +326,7 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Ma
   // A landmark has as many rays as keyframes observe it: these count as one.
   if (static_cast<int>(loop.matches.size()) < options.min_inliers) return std::nullopt;
   loop.support = location.support;
-  const std::optional<double> drift = drift_of(map, keyframe, loop, loops);
+  const std::optional<double> drift = drift_of(map, keyframe, loop);
   if (!drift) return std::nullopt;
   loop.drift = *drift;
   return loop;

@@ -65,7 +65,7 @@ struct LoopConstraint {
 /// fewer of its landmarks are found than a pose needs, or when the correction exceeds possible drift
 /// (AliasedPlaceOptions::max_drift). An aliased place can pass; LoopFinder handles that.
 std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Map& map, KeyframeId keyframe,
-                                          KeyframeId place, const LoopOptions& loops = {});
+                                          KeyframeId place);
 
 /// Median error of the other loop's points under this loop's similarity, px in the other's old place.
 double loop_disagreement_px(const Map& map, const LoopConstraint& loop, const LoopConstraint& other);
@@ -76,8 +76,7 @@ double loop_disagreement_px(const Map& map, const LoopConstraint& loop, const Lo
 /// One thread.
 class LoopFinder {
  public:
-  LoopFinder(const MapperOptions& options, const CameraModel& camera, const LoopOptions& loops = {})
-      : options_(options), camera_(camera), loops_(loops) {}
+  explicit LoopFinder(const MapperOptions& options) : options_(options) {}
 
   /// Called with each new keyframe, in order, unless an earlier loop is still being closed. The index may
   /// hold keyframes that the map no longer has. The `matches` of a returned loop are those on which both
@@ -89,13 +88,7 @@ class LoopFinder {
   void reset() { awaiting_.reset(); }
 
  private:
-  std::vector<KeyframeId> candidates(const Map& map, const PlaceIndex& index, KeyframeId keyframe) const;
-  std::optional<LoopConstraint> best_unambiguous(const Map& map, std::vector<LoopConstraint> loops) const;
-  bool agree(const Map& map, const LoopConstraint& first, const LoopConstraint& second) const;
-
   MapperOptions options_;
-  CameraModel camera_;
-  LoopOptions loops_;
   std::optional<LoopConstraint> awaiting_;  // a loop that needs a second keyframe
   int waited_ = 0;                          // keyframes since then
 };
@@ -114,8 +107,7 @@ using KeyframeChanges = std::map<KeyframeId, Sim3>;
 /// similarities, in which keyframes with many common landmarks keep their relative poses. The oldest keyframe
 /// stays. Nothing when the solver fails or is cancelled.
 std::optional<KeyframeChanges> distribute_loop_correction(const TrackingMap& map, const LoopConstraint& loop,
-                                                          const std::function<bool()>& cancelled,
-                                                          const LoopOptions& options = {});
+                                                          const std::function<bool()>& cancelled);
 
 /// Extends the corrections of some keyframes to the whole map. Another keyframe gets the correction of the
 /// keyframe with which it shares most landmarks, else of the one before it.

@@ -23,34 +23,35 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr MapJoinerOptions kJoiner{};
+
 constexpr double kLeastParallax = 1e-6;  // rad: without parallax there is no depth
 
 // The parallax at which a depth is known, in rad.
-double known_depth_parallax(const MapJoinerOptions& joiner, const Keyframe& keyframe) {
-  return joiner.known_depth_px * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
+double known_depth_parallax(const Keyframe& keyframe) {
+  return kJoiner.known_depth_px * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
 }
 
 // The observations of a landmark by the first and the last keyframe, which constrain its depth most.
 // depth_sigma: of two observations with 0.6 px noise.
-std::array<ObservedPoint, 2> observations_of(const MapJoinerOptions& joiner, const Map& map, LandmarkId id) {
+std::array<ObservedPoint, 2> observations_of(const Map& map, LandmarkId id) {
   const Landmark& landmark = *map.landmark(id);
   const double parallax = std::max(widest_parallax(map, landmark), kLeastParallax);
   const auto as_seen = [&](const Observation& seen) {
     const Keyframe& keyframe = *map.keyframe(seen.keyframe);
     ObservedPoint observation = observed_point(keyframe, seen.feature, landmark.x_in_map);
-    observation.depth_sigma = joiner.known_depth_sigma * known_depth_parallax(joiner, keyframe) / parallax;
+    observation.depth_sigma = kJoiner.known_depth_sigma * known_depth_parallax(keyframe) / parallax;
     return observation;
   };
   return {as_seen(landmark.observations.front()), as_seen(landmark.observations.back())};
 }
 
-std::vector<SimilarityMatch> paired_observations(const MapJoinerOptions& joiner, const Map& map,
-                                                 const Map& other,
+std::vector<SimilarityMatch> paired_observations(const Map& map, const Map& other,
                                                  const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   std::vector<SimilarityMatch> point_pairs;
   for (const auto& [own, theirs] : same) {
-    const std::array<ObservedPoint, 2> in_map = observations_of(joiner, map, own),
-                                       in_other = observations_of(joiner, other, theirs);
+    const std::array<ObservedPoint, 2> in_map = observations_of(map, own),
+                                       in_other = observations_of(other, theirs);
     for (std::size_t k = 0; k < in_map.size(); ++k) point_pairs.push_back({in_map[k], in_other[k]});
   }
   return point_pairs;
@@ -58,8 +59,8 @@ std::vector<SimilarityMatch> paired_observations(const MapJoinerOptions& joiner,
 
 // The similarity by which cameras of both maps observe landmarks of the other; by the common landmarks, where
 // they are enough, as rays alone leave two orientations of a small planar patch.
-std::optional<Sim3> similarity_of_rays(const MapperOptions& options, const MapJoinerOptions& joiner,
-                                       const Map& map, const Map& other, const std::vector<RayToPoint>& rays,
+std::optional<Sim3> similarity_of_rays(const MapperOptions& options, const Map& map, const Map& other,
+                                       const std::vector<RayToPoint>& rays,
                                        const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   SimilarityOptions similarity;
   similarity.ransac = options.ransac;
@@ -67,15 +68,14 @@ std::optional<Sim3> similarity_of_rays(const MapperOptions& options, const MapJo
   // A common landmark has at least one ray in either direction.
   if (!found.success || found.num_inliers < 2 * options.min_inliers) return std::nullopt;
   // Each common point has two observations.
-  return resolve_flip(paired_observations(joiner, map, other, same), similarity, found.b_from_a,
-                      2 * options.min_inliers, joiner.flip);
+  return resolve_flip(paired_observations(map, other, same), similarity, found.b_from_a,
+                      2 * options.min_inliers);
 }
 
 // Keyframe pairs of the two maps that may show the same place: nearest in time, and similar ones.
-std::vector<std::pair<KeyframeId, KeyframeId>> pairs_to_compare(const MapJoinerOptions& joiner,
-                                                                const Map& map, const Map& other,
+std::vector<std::pair<KeyframeId, KeyframeId>> pairs_to_compare(const Map& map, const Map& other,
                                                                 const PlaceFinder& places) {
-  const std::size_t step = 1 + map.keyframes().size() / joiner.asked_keyframes;
+  const std::size_t step = 1 + map.keyframes().size() / kJoiner.asked_keyframes;
   std::size_t number = 0;
   std::vector<std::tuple<std::int64_t, KeyframeId, KeyframeId>> by_time;
   std::set<std::pair<KeyframeId, KeyframeId>> pairs;
@@ -83,12 +83,12 @@ std::vector<std::pair<KeyframeId, KeyframeId>> pairs_to_compare(const MapJoinerO
     for (const auto& [other_id, other_keyframe] : other.keyframes())
       by_time.emplace_back(std::abs(keyframe.frame_index - other_keyframe.frame_index), id, other_id);
     if (number++ % step != 0) continue;
-    for (const KeyframeId place : places.find(keyframe.image->set, joiner.similar_places)) {
+    for (const KeyframeId place : places.find(keyframe.image->set, kJoiner.similar_places)) {
       if (other.keyframe(place)) pairs.emplace(id, place);
     }
   }
   const auto end =
-      by_time.begin() + static_cast<std::ptrdiff_t>(std::min(joiner.nearest_pairs, by_time.size()));
+      by_time.begin() + static_cast<std::ptrdiff_t>(std::min(kJoiner.nearest_pairs, by_time.size()));
   std::partial_sort(by_time.begin(), end, by_time.end());
   for (auto nearest = by_time.begin(); nearest != end; ++nearest)
     pairs.emplace(std::get<1>(*nearest), std::get<2>(*nearest));
@@ -112,12 +112,12 @@ std::vector<RayToPoint> rays_of(const Map& map, const Map& other, const FoundLan
 
 // The found landmarks within a few pixels of where the similarity puts them, of keyframes with enough of
 // them.
-FoundLandmarks agreeing(const MapperOptions& options, double max_disagreement_px, const Map& map,
-                        const Map& other, const FoundLandmarks& found, const Sim3& map_from_other) {
+FoundLandmarks agreeing(const MapperOptions& options, const Map& map, const Map& other,
+                        const FoundLandmarks& found, const Sim3& map_from_other) {
   FoundLandmarks agreeing;
   for (const auto& [id, matches] : found) {
     const Keyframe& keyframe = *map.keyframe(id);
-    const double limit = max_disagreement_px * image_scale(keyframe.image->camera);
+    const double limit = kJoiner.max_disagreement_px * image_scale(keyframe.image->camera);
     std::map<int, LandmarkId> near;
     for (const auto& [feature, landmark] : matches) {
       const Eigen::Vector3d x_in_camera =
@@ -130,16 +130,13 @@ FoundLandmarks agreeing(const MapperOptions& options, double max_disagreement_px
   return agreeing;
 }
 
-std::optional<MapAlignment> align(const MapperOptions& options, const MapJoinerOptions& joiner,
-                                  const Map& map, const Map& other, const FoundLandmarks& found,
-                                  const FoundLandmarks& found_in_other) {
+std::optional<MapAlignment> align(const MapperOptions& options, const Map& map, const Map& other,
+                                  const FoundLandmarks& found, const FoundLandmarks& found_in_other) {
   const std::optional<Sim3> other_from_map = similarity_of_rays(
-      options, joiner, map, other, rays_of(map, other, found, found_in_other), same_landmarks(map, found));
+      options, map, other, rays_of(map, other, found, found_in_other), same_landmarks(map, found));
   if (!other_from_map) return std::nullopt;
-  MapAlignment alignment{
-      *other_from_map,
-      agreeing(options, joiner.max_disagreement_px, map, other, found, other_from_map->inverse()),
-      agreeing(options, joiner.max_disagreement_px, other, map, found_in_other, *other_from_map)};
+  MapAlignment alignment{*other_from_map, agreeing(options, map, other, found, other_from_map->inverse()),
+                         agreeing(options, other, map, found_in_other, *other_from_map)};
   if (alignment.found.empty()) return std::nullopt;
   return alignment;
 }
@@ -148,7 +145,7 @@ std::optional<MapAlignment> align(const MapperOptions& options, const MapJoinerO
 
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map,
                                        const std::vector<KeyframeId>& keyframes, const Map& other,
-                                       KeyframeId place, const MapJoinerOptions& joiner) {
+                                       KeyframeId place) {
   FoundLandmarks found;
   for (const KeyframeId id : keyframes) {
     const Location location = locate(options, other, place, *map.keyframe(id)->image);
@@ -156,11 +153,11 @@ std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& 
     if (found.empty()) return std::nullopt;
   }
   if (found.size() < 2) return std::nullopt;
-  return align_maps(options, map, other, std::move(found), joiner);
+  return align_maps(options, map, other, std::move(found));
 }
 
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
-                                       FoundLandmarks found, const MapJoinerOptions& joiner) {
+                                       FoundLandmarks found) {
   FoundLandmarks found_in_other;
   for (const auto& [own, theirs] : same_landmarks(map, found)) {
     for (const Observation& seen : map.landmark(own)->observations)
@@ -168,13 +165,12 @@ std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& 
     for (const Observation& seen : other.landmark(theirs)->observations)
       found_in_other[seen.keyframe].emplace(seen.feature, own);
   }
-  return align(options, joiner, map, other, found, found_in_other);
+  return align(options, map, other, found, found_in_other);
 }
 
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
-                                       const PlaceFinder& places, ViewGraph* graph,
-                                       const MapJoinerOptions& joiner) {
-  std::vector<std::pair<KeyframeId, KeyframeId>> keyframes = pairs_to_compare(joiner, map, other, places);
+                                       const PlaceFinder& places, ViewGraph* graph) {
+  std::vector<std::pair<KeyframeId, KeyframeId>> keyframes = pairs_to_compare(map, other, places);
   const auto node_of = [&](const Keyframe& keyframe) {
     return graph->add(keyframe.frame_index, keyframe.image);
   };
@@ -192,7 +188,7 @@ std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& 
       if (their_id != kNoLandmark) found[own.id].emplace(m.first, their_id);
     }
   }
-  return align(options, joiner, map, other, found, found_in_other);
+  return align(options, map, other, found, found_in_other);
 }
 
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map, const FoundLandmarks& found) {
@@ -364,8 +360,8 @@ bool is_flipped(const SimilarityReport& one, const Sim3& other, double min_flip)
 }  // namespace
 
 std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observations,
-                                 const SimilarityOptions& options, const Sim3& found, int min_inliers,
-                                 const OrientationFlipOptions& flip) {
+                                 const SimilarityOptions& options, const Sim3& found, int min_inliers) {
+  constexpr OrientationFlipOptions flip{};
   Sim3 of_points;
   if (!fit_points(observations, refine_similarity_by_depths(observations, options, found).inliers,
                   &of_points))

@@ -47,8 +47,7 @@ struct OrientationFlipOptions {
 // fewer inliers than min_inliers they decide nothing. depth_sigma of the observations: prior uncertainty up
 // to a common factor.
 std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observations,
-                                 const SimilarityOptions& options, const Sim3& found, int min_inliers,
-                                 const OrientationFlipOptions& flip = {});
+                                 const SimilarityOptions& options, const Sim3& found, int min_inliers);
 
 struct MapJoinerOptions {
   double known_depth_px = 4.2;      // px of parallax at 640 px (image_scale) at which features with 0.6 px
@@ -59,7 +58,6 @@ struct MapJoinerOptions {
   std::size_t nearest_pairs = 12;    // in time
   std::size_t asked_keyframes = 40;  // for which similar ones are sought, at most twice as many
   int similar_places = 3;            // of each
-  OrientationFlipOptions flip;
 };
 
 /// Landmarks of another map that keyframes of a map observe: by keyframe, (feature, landmark).
@@ -77,20 +75,19 @@ struct MapAlignment {
 /// landmarks. Nothing where these do not determine a similarity (estimate_similarity_from_rays). The two may
 /// be one map, where it has some landmarks twice.
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
-                                       FoundLandmarks found, const MapJoinerOptions& joiner = {});
+                                       FoundLandmarks found);
 
 /// By locating keyframes of `map` at a place of the other (a keyframe and those that share landmarks with
 /// it). The first of the keyframes and at least one more must be found there. Nothing when they and the
 /// keyframes that observe their landmarks do not determine a similarity (estimate_similarity_from_rays).
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map,
                                        const std::vector<KeyframeId>& keyframes, const Map& other,
-                                       KeyframeId place, const MapJoinerOptions& joiner = {});
+                                       KeyframeId place);
 
 /// The same from the view graph: by the verified matches between keyframes of the two maps that are near in
 /// time or look similar (`places` of the other map).
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
-                                       const PlaceFinder& places, ViewGraph* graph,
-                                       const MapJoinerOptions& joiner = {});
+                                       const PlaceFinder& places, ViewGraph* graph);
 
 /// Pairs of landmarks of `map` and the other map that are the same by the features that observe both.
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map, const FoundLandmarks& found);

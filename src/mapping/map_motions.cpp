@@ -74,9 +74,8 @@ void MapMotions::separate(const MapperOptions& options, int partners, KeyframeId
   }
 }
 
-void MapMotions::exclude_static_overlay(const MapperOptions& options, const StaticOverlayOptions& overlay,
-                                        KeyframeId id, Map* map) {
-  for (const auto& [keyframe, features] : find_static_overlay(options, *map, id, excluded_, overlay))
+void MapMotions::exclude_static_overlay(const MapperOptions& options, KeyframeId id, Map* map) {
+  for (const auto& [keyframe, features] : find_static_overlay(options, *map, id, excluded_))
     exclude(keyframe, features, map);
 }
 

@@ -76,8 +76,7 @@ class MapMotions {
   /// it, now and later. partners: number of covisible keyframes to compare.
   void separate(const MapperOptions& options, int partners, KeyframeId id, Map* map);
   /// Excludes static overlay, even where it fits consecutive keyframes.
-  void exclude_static_overlay(const MapperOptions& options, const StaticOverlayOptions& overlay,
-                              KeyframeId id, Map* map);
+  void exclude_static_overlay(const MapperOptions& options, KeyframeId id, Map* map);
   /// Removes the landmarks of these features as well.
   void exclude(KeyframeId id, const std::vector<char>& features, Map* map);
   const FlaggedFeatures& excluded() const { return excluded_; }

@@ -9,7 +9,7 @@
 #include "common/statistics.h"
 #include "keyframe_landmarks.h"
 #include "mapping/depth_reversal.h"
-#include "mapping/in_view.h"
+#include "mapping/mapper_limits.h"
 #include "mapping/planar_ambiguity.h"
 #include "optimization/map_adjustment.h"
 
@@ -19,11 +19,10 @@ namespace {
 
 // Corrects a depth reversal (an object viewed from far away) or the second planar solution (a wall viewed
 // from near) of a young map. Returns whether the map was replaced.
-bool was_corrected(const MapperOptions& options, const MapperLimits& limits, Map* map) {
-  if (is_narrow(*map, limits.alternatives))
-    return correct_depth_reversal(options.window_bundle(), limits.min_correction, map, limits.alternatives);
-  return correct_geometry(options.window_bundle(), options.ransac, limits.min_correction, map,
-                          limits.alternatives);
+bool was_corrected(const MapperOptions& options, Map* map) {
+  if (is_narrow(*map))
+    return correct_depth_reversal(options.window_bundle(), kMapperLimits.min_correction, map);
+  return correct_geometry(options.window_bundle(), options.ransac, kMapperLimits.min_correction, map);
 }
 
 // When the beginning is tested. A keyframe comes every two or three degrees of rotation: so every fifteen
@@ -32,10 +31,10 @@ bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 2
 
 // Share of the keyframe's landmarks for which it is redundant: at least redundant_observers others observe
 // them. 1 when it observes none.
-double redundant_share(const MapperLimits& limits, const Map& map, const Keyframe& keyframe) {
+double redundant_share(const Map& map, const Keyframe& keyframe) {
   const std::vector<LandmarkId> seen = landmarks_of(keyframe);
   const auto redundant = std::count_if(seen.begin(), seen.end(), [&](LandmarkId l) {
-    return map.landmark(l)->observations.size() > static_cast<std::size_t>(limits.redundant_observers);
+    return map.landmark(l)->observations.size() > static_cast<std::size_t>(kMapperLimits.redundant_observers);
   });
   return seen.empty() ? 1 : static_cast<double>(redundant) / static_cast<double>(seen.size());
 }
@@ -63,7 +62,7 @@ void Mapper::begin_additional(const InitialMap& initial, std::uint32_t epoch) {
 
 // The state of one map does not apply to another.
 void Mapper::reset_state() {
-  state_ = State(options_, camera_, limits_.loops);
+  state_ = State(options_);
   background_ = {false, false, background_.ticket + 1, nullptr};
 }
 
@@ -89,17 +88,17 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   if (wanted > 0) map.set_scale_source(ScaleSource::kInitialMedianDepth);
   {
     const StageTimer timer(stages_, "map_match");
-    for (const KeyframeId k : ids) motions.separate(options_, limits_.motion_partners, k, &map);
+    for (const KeyframeId k : ids) motions.separate(options_, kMapperLimits.motion_partners, k, &map);
     for (std::size_t v = 0; v < ids.size(); ++v) {
       if (!initial.views[v].fixed.empty()) motions.exclude(ids[v], initial.views[v].fixed, &map);
-      motions.exclude_static_overlay(options_, limits_.overlay, ids[v], &map);
+      motions.exclude_static_overlay(options_, ids[v], &map);
     }
     for (const KeyframeId k : ids)
       extender().create_landmarks(k, neighbors(map, k, options_.mapping.matching_keyframes));
   }
   adjust_window(ids.back(), 0);
   const ScaleSource source = unit.begin(initial, ids, options_.scale);
-  if (const auto metres = unit.metres(source, options_.scale, limits_, map)) {
+  if (const auto metres = unit.metres(source, options_.scale, map)) {
     map.rescale(*metres);
     scale_covariances([&, factor = *metres](KeyframeId) { return factor; }, &covariances);
     map.set_scale_source(source);
@@ -119,7 +118,7 @@ void Mapper::restore_additional(Map map, std::uint32_t epoch) {
   epoch_ = epoch;
   AtlasMap& restored = atlas_.begin(epoch + 1, options_);
   restored.map = std::move(map);
-  restored.covariances = find_covariances(options_, limits_, restored.map);
+  restored.covariances = find_covariances(options_, restored.map);
   publish();
 }
 
@@ -145,7 +144,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   if (!atlas_.bring_up_to_date(&candidate) || candidate.map_id != present.id ||
       !map.camera_from_map(candidate.reference, &reference_from_map))
     return;
-  atlas_.forget_old_corrections(limits_.kept_corrections);
+  atlas_.forget_old_corrections(kMapperLimits.kept_corrections);
   const Frame& frame = candidate.frame;
   const KeyframeId id = map.add_keyframe(frame.index, frame.stamp_ns,
                                          candidate.camera_from_reference * reference_from_map, frame.image);
@@ -168,11 +167,11 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
 void Mapper::match(KeyframeId id) {
   const StageTimer timer(stages_, "map_match");
   Map& map = present().map;
-  present().motions.separate(options_, limits_.motion_partners, id, &map);
-  present().motions.exclude_static_overlay(options_, limits_.overlay, id, &map);
+  present().motions.separate(options_, kMapperLimits.motion_partners, id, &map);
+  present().motions.exclude_static_overlay(options_, id, &map);
   const std::vector<KeyframeId> near = neighbors(map, id, options_.mapping.matching_keyframes);
   SimilarKeyframes unknown;
-  extender().extend(id, extender().within_reach(id, limits_.large_map, *present().places, &unknown));
+  extender().extend(id, extender().within_reach(id, kMapperLimits.large_map, *present().places, &unknown));
   extender().create_landmarks(id, near);
   for (const KeyframeId n : near) {
     if (is_cancelled()) break;
@@ -194,7 +193,7 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
   }
   if (waiting < 2) adjust(window, held_keyframes(size));
   extender().cull(landmarks_observed_by(map(), window));
-  if (waiting == 0) update_covariances(options_, limits_, map(), window, &present().covariances);
+  if (waiting == 0) update_covariances(options_, map(), window, &present().covariances);
 }
 
 void Mapper::adjust(const std::vector<KeyframeId>& window, int fixed) {
@@ -209,16 +208,16 @@ void Mapper::correct_beginning() {
   const std::size_t keyframes = map().keyframes().size();
   if (keyframes <= state_.asked_at || !is_due(keyframes) || is_cancelled()) return;
   state_.asked_at = keyframes;
-  if (was_corrected(options_, limits_, &present().map)) {
+  if (was_corrected(options_, &present().map)) {
     drop_background_job();  // it works on the map before the change
-    present().covariances = find_covariances(options_, limits_, map());
+    present().covariances = find_covariances(options_, map());
     atlas_.add_other_geometry();
   }
   renew_unit();
 }
 
 void Mapper::cull_young_landmarks(KeyframeId newest) {
-  for (const LandmarkId l : map().landmarks_created_by(newest - limits_.keyframes_to_confirm)) {
+  for (const LandmarkId l : map().landmarks_created_by(newest - kMapperLimits.keyframes_to_confirm)) {
     if (map().landmark(l)->observations.size() == 2) present().map.remove_landmark(l);
   }
 }
@@ -226,9 +225,9 @@ void Mapper::cull_young_landmarks(KeyframeId newest) {
 // Removes keyframes that are redundant for most of their landmarks.
 void Mapper::cull_keyframes(KeyframeId newest) {
   for (const KeyframeId id : neighbors(map(), newest, options_.mapping.window_keyframes)) {
-    if (map().keyframes().size() <= limits_.fewest_keyframes || id == map().keyframes().begin()->first)
+    if (map().keyframes().size() <= kMapperLimits.fewest_keyframes || id == map().keyframes().begin()->first)
       continue;
-    const double share = redundant_share(limits_, map(), *map().keyframe(id));
+    const double share = redundant_share(map(), *map().keyframe(id));
     if (share >= options_.mapping.redundant_overlap && !neighbors(map(), id, 1).empty())
       atlas_.remove_keyframe(id, options_);
   }
@@ -240,7 +239,7 @@ void Mapper::cap_keyframes(KeyframeId newest) {
   const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
   if (most == 0) return;
   // Frames of the last minutes are stored relative to these.
-  present().map.forget_removed_keyframes(limits_.removed_keyframes);
+  present().map.forget_removed_keyframes(kMapperLimits.removed_keyframes);
   if (map().keyframes().size() <= most) return;
   std::set<KeyframeId> spared = {newest};
   // At most half of the cap: a map smaller than two windows must lose some of its window.
@@ -250,9 +249,9 @@ void Mapper::cap_keyframes(KeyframeId newest) {
   for (int i = 0; i < 2; ++i) spared.insert((first++)->first);
   std::map<KeyframeId, double> shares;
   for (const auto& [id, keyframe] : map().keyframes()) {
-    if (!spared.count(id)) shares[id] = redundant_share(limits_, map(), keyframe);
+    if (!spared.count(id)) shares[id] = redundant_share(map(), keyframe);
   }
-  const std::size_t kept = most - most / limits_.room_made_at_once;
+  const std::size_t kept = most - most / kMapperLimits.room_made_at_once;
   while (map().keyframes().size() > kept && !shares.empty()) {
     const KeyframeId least_useful = most_redundant(shares);
     const auto affected = map().covisible(least_useful);
@@ -260,14 +259,13 @@ void Mapper::cap_keyframes(KeyframeId newest) {
     shares.erase(least_useful);
     for (const auto& entry : affected) {
       const auto share = shares.find(entry.first);
-      if (share != shares.end())
-        share->second = redundant_share(limits_, map(), *map().keyframe(entry.first));
+      if (share != shares.end()) share->second = redundant_share(map(), *map().keyframe(entry.first));
     }
   }
 }
 
 bool Mapper::renew_unit() {
-  if (!atlas_.renew_unit(options_.scale, limits_, limits_.reported_unit_change)) return false;
+  if (!atlas_.renew_unit(options_.scale, kMapperLimits.reported_unit_change)) return false;
   drop_background_job();
   return true;
 }
@@ -277,7 +275,7 @@ void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3
   if (options_.scale.marker_size <= 0 || map().scale_source() != ScaleSource::kMapUnits || marker.empty())
     return;
   present().unit.markers[newest] = marker;
-  if (const auto metres = present().unit.metres(ScaleSource::kMarker, options_.scale, limits_, map()))
+  if (const auto metres = present().unit.metres(ScaleSource::kMarker, options_.scale, map()))
     transform(Sim3::scaling(*metres), ScaleSource::kMarker);
 }
 
@@ -296,15 +294,15 @@ ViewGraph& Mapper::view_graph() {
 void Mapper::finish() {
   if (map().keyframes().empty()) return;
   const std::uint64_t before = atlas_.last_correction();
-  GlobalRefiner refiner(options_, limits_, &atlas_, &view_graph());
+  GlobalRefiner refiner(options_, &atlas_, &view_graph());
   refiner.finish();
   take_over(refiner, before);
 }
 
-std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& consistency) {
+std::set<KeyframeId> Mapper::refine_with_graph() {
   const std::uint64_t before = atlas_.last_correction();
-  GlobalRefiner refiner(options_, limits_, &atlas_, &view_graph());
-  const std::set<KeyframeId> removed = refiner.refine(consistency);
+  GlobalRefiner refiner(options_, &atlas_, &view_graph());
+  const std::set<KeyframeId> removed = refiner.refine();
   take_over(refiner, before);
   return removed;
 }
@@ -354,11 +352,10 @@ void Mapper::go_back(const Checkpoint& checkpoint) {
 // Joining maps.
 
 std::optional<MapAlignment> Mapper::find_alignment(const AtlasMap& other, KeyframeId keyframe) const {
-  std::vector<KeyframeId> keyframes = neighbors(map(), keyframe, limits_.other_views);
+  std::vector<KeyframeId> keyframes = neighbors(map(), keyframe, kMapperLimits.other_views);
   keyframes.insert(keyframes.begin(), keyframe);
   for (const KeyframeId place : other.places->find(map().keyframe(keyframe)->image->set, kBestPlaces)) {
-    if (auto alignment = align_maps(options_, map(), keyframes, other.map, place, limits_.joiner))
-      return alignment;
+    if (auto alignment = align_maps(options_, map(), keyframes, other.map, place)) return alignment;
   }
   return std::nullopt;
 }
@@ -406,7 +403,7 @@ bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) 
       if (apart->count({ids[newer], ids[older]})) continue;
       const AtlasMap& other = atlas_.inactive(ids[older]);
       const std::optional<MapAlignment> alignment =
-          align_maps(options_, map(), other.map, *other.places, &view_graph(), limits_.joiner);
+          align_maps(options_, map(), other.map, *other.places, &view_graph());
       if (!alignment || !join(ids[older], ids[newer], *alignment)) {
         apart->insert({ids[newer], ids[older]});
         continue;

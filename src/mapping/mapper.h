@@ -15,9 +15,7 @@
 #include "mapping/initial_map.h"
 #include "mapping/keyframe_candidate.h"
 #include "mapping/loop_closer.h"
-#include "mapping/mapper_limits.h"
 #include "mapping/track_extender.h"
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -35,8 +33,7 @@ using BackgroundJob = std::function<std::function<void(Mapper&)>(const std::func
 /// threads read the TrackingMap that every change publishes. Not shared between threads.
 class Mapper {
  public:
-  Mapper(const MapperOptions& options, const CameraModel& camera, const MapperLimits& limits = {})
-      : options_(options), camera_(camera), limits_(limits), state_(options, camera, limits.loops) {}
+  explicit Mapper(const MapperOptions& options) : options_(options), state_(options) {}
 
   /// Begins a map and drops all others. Its scale follows ScaleOptions; otherwise the median distance of
   /// the first view's points is 1.
@@ -77,8 +74,8 @@ class Mapper {
 
   /// GlobalRefiner::finish, connect and refine, for the present map.
   void finish();
-  void connect() { GlobalRefiner(options_, limits_, &atlas_, &view_graph()).connect(); }
-  std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
+  void connect() { GlobalRefiner(options_, &atlas_, &view_graph()).connect(); }
+  std::set<KeyframeId> refine_with_graph();
   /// The view graph of the recording, for all maps. It is created at the first call, with the options of that
   /// time.
   ViewGraph& view_graph();
@@ -102,8 +99,7 @@ class Mapper {
  private:
   // State of the work on the present map, reset when that changes.
   struct State {
-    State(const MapperOptions& options, const CameraModel& camera, const LoopOptions& loops)
-        : loop_finder(options, camera, loops) {}
+    explicit State(const MapperOptions& options) : loop_finder(options) {}
 
     LoopFinder loop_finder;
     std::size_t asked_at = 0;      // number of keyframes at the last check of the beginning
@@ -152,8 +148,6 @@ class Mapper {
   void publish_correction(const KeyframeChanges& changes);
 
   MapperOptions options_;
-  CameraModel camera_;
-  MapperLimits limits_;
   Atlas atlas_;
   State state_;
   Background background_;

@@ -4,25 +4,12 @@
 #include <cstddef>
 
 #include "common/rotation.h"
-#include "mapping/alternative_map.h"
-#include "mapping/cross_view_matcher.h"
-#include "mapping/loop_closer.h"
-#include "mapping/map_joiner.h"
-#include "mapping/motion_prior.h"
-#include "mapping/static_overlay.h"
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
 
-/// Thresholds of the Mapper in addition to the user's MapperOptions.
+/// Thresholds of the Mapper and its Atlas and GlobalRefiner in addition to the user's MapperOptions.
 struct MapperLimits {
-  AlternativeMapOptions alternatives;
-  LoopOptions loops;
-  MapJoinerOptions joiner;
-  CrossViewOptions cross_view;
-  StaticOverlayOptions overlay;
-  MotionPriorOptions motion_prior;
-
   // A growing map.
   double min_correction = 0.1;  // share by which an alternative's cost must be lower to replace a young map.
                                 // Where both are equally wrong the costs differ by less, and the map would
@@ -67,5 +54,6 @@ struct MapperLimits {
   std::array<std::size_t, 6> earlier = {1, 2, 3, 4, 6, 8};  // distances in time, in keyframes
   int covisible = 4, similar = 3;                           // keyframes
 };
+inline constexpr MapperLimits kMapperLimits{};
 
 }  // namespace mono_pose_tracker

@@ -42,15 +42,14 @@ struct MergedAdjustment {
 // common landmarks, as at the end of a recording: otherwise a map that returns to a place stays bent until
 // then. Tracks that are inconsistent after the adjustment are of another place, and the adjustment is
 // repeated without them.
-std::shared_ptr<const MergedAdjustment> merge_and_adjust(const MapperOptions& options,
-                                                         const MapperLimits& limits, const Map& snapshot,
+std::shared_ptr<const MergedAdjustment> merge_and_adjust(const MapperOptions& options, const Map& snapshot,
                                                          KeyframeId merged_up_to, bool parts_were_apart) {
   Map merged = snapshot;
   std::vector<SharedTrack> tracks;
   ViewGraph graph(view_graph_options(options));
   if (options.adjusts_all)
-    tracks = match_across_views(
-        options, overlapping_pairs(options.bundle, merged, merged_up_to, limits.cross_view), &graph, &merged);
+    tracks =
+        match_across_views(options, overlapping_pairs(options.bundle, merged, merged_up_to), &graph, &merged);
   while (true) {
     auto solved =
         GlobalAdjustment::solve(options.bundle, snapshot, parts_were_apart || !tracks.empty(), &merged);
@@ -106,10 +105,10 @@ void Mapper::seek_loop() {
   if (!loop) return;
   if (std::exchange(background_.adjusting, false)) ++background_.ticket;  // it would be of the drifted map
   background_.closing = true;
-  background_.job = with_completion([loop = *loop, map = tracking_map_, loops = limits_.loops,
+  background_.job = with_completion([loop = *loop, map = tracking_map_,
                                      asked = options_.bundle.cancel](const std::function<bool()>& cancelled) {
-    const auto changes = distribute_loop_correction(
-        *map, loop, [&] { return cancelled() || (asked && asked()); }, loops);
+    const auto changes =
+        distribute_loop_correction(*map, loop, [&] { return cancelled() || (asked && asked()); });
     return [=](Mapper& mapper) { mapper.close_loop(loop, changes); };
   });
 }
@@ -169,11 +168,11 @@ void Mapper::adjust_now_and_then() {
 
 void Mapper::adjust_globally(bool parts_were_apart) {
   background_.job =
-      with_completion([snapshot = map(), asked = options_, limits = limits_, parts_were_apart,
+      with_completion([snapshot = map(), asked = options_, parts_were_apart,
                        merged_up_to = state_.merged_up_to](const std::function<bool()>& cancelled) {
         MapperOptions options = asked;
         options.bundle.cancel = [&] { return cancelled() || asked.bundle.is_cancelled(); };
-        const auto result = merge_and_adjust(options, limits, snapshot, merged_up_to, parts_were_apart);
+        const auto result = merge_and_adjust(options, snapshot, merged_up_to, parts_were_apart);
         return [result, newest = snapshot.keyframes().rbegin()->first](Mapper& mapper) {
           if (result) mapper.take_over(result->adjustment, result->tracks, newest);
         };

@@ -24,9 +24,9 @@ MapperOptions unhurried(MapperOptions options) {
 
 }  // namespace
 
-MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
-                             std::function<void()> before_job, const MappingWorkerOptions& limits)
-    : mapper_(options, camera), limits_(limits), threaded_(threaded), before_job_(std::move(before_job)) {
+MappingWorker::MappingWorker(const MapperOptions& options, bool threaded, std::function<void()> before_job,
+                             const MappingWorkerOptions& limits)
+    : mapper_(options), limits_(limits), threaded_(threaded), before_job_(std::move(before_job)) {
   mapper_.set_options(prepared(options));
   if (!threaded_) return;
   try {

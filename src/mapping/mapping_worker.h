@@ -38,8 +38,8 @@ class MappingWorker {
   using Work = std::function<void(Mapper&)>;
 
   /// before_job is called before every job on the thread of the job, so that a test can delay mapping.
-  MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
-                std::function<void()> before_job = {}, const MappingWorkerOptions& limits = {});
+  MappingWorker(const MapperOptions& options, bool threaded, std::function<void()> before_job = {},
+                const MappingWorkerOptions& limits = {});
   ~MappingWorker();  // drops waiting jobs, stops a running solver, joins
   MappingWorker(const MappingWorker&) = delete;
   MappingWorker& operator=(const MappingWorker&) = delete;

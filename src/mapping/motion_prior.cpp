@@ -13,6 +13,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr MotionPriorOptions kMotionPrior{};
+
 using Keyframes = std::vector<const Keyframe*>;
 
 // Of three keyframes.
@@ -47,8 +49,8 @@ Keyframes of_this_run(const Map& map) {
 // The gate for the accelerations of these keyframes.
 class Gate {
  public:
-  Gate(const Keyframes& in_time, const MotionPriorOptions& options)
-      : p_value_(options.significance / static_cast<double>(in_time.size())) {
+  explicit Gate(const Keyframes& in_time)
+      : p_value_(kMotionPrior.significance / static_cast<double>(in_time.size())) {
     double length = 0;
     std::vector<double> values;
     for (std::size_t k = 0; k + 1 < in_time.size(); ++k) {
@@ -56,7 +58,7 @@ class Gate {
       if (k + 2 < in_time.size())
         values.push_back(acceleration_of(*in_time[k], *in_time[k + 1], *in_time[k + 2]).value);
     }
-    least_deviation_ = 3 * options.max_path_sigma * length;
+    least_deviation_ = 3 * kMotionPrior.max_path_sigma * length;
     variance_ = variance_of_median_square(std::pow(median(std::move(values)), 2));
   }
 
@@ -72,11 +74,11 @@ class Gate {
 
 }  // namespace
 
-std::set<KeyframeId> off_motion(const Map& map, const MotionPriorOptions& options) {
+std::set<KeyframeId> off_motion(const Map& map) {
   const Keyframes in_time = of_this_run(map);
   std::set<KeyframeId> off;
-  if (in_time.size() < options.fewest + 2) return off;
-  const Gate gate(in_time, options);
+  if (in_time.size() < kMotionPrior.fewest + 2) return off;
+  const Gate gate(in_time);
   for (const std::size_t row : {1, 2}) {  // keyframes [k, k + row)
     for (std::size_t k = 2; k + row + 1 < in_time.size(); ++k) {
       const Keyframe *const *before = &in_time[k - 2], *const *first = &in_time[k],

@@ -23,6 +23,6 @@ struct MotionPriorOptions {
 ///
 /// Motions can be like that. The landmarks that such a keyframe has helped to triangulate say nothing about
 /// it: its position is to be found again by the others.
-std::set<KeyframeId> off_motion(const Map& map, const MotionPriorOptions& options);
+std::set<KeyframeId> off_motion(const Map& map);
 
 }  // namespace mono_pose_tracker

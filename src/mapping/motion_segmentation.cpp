@@ -1,7 +1,6 @@
 #include "mapping/motion_segmentation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "common/threads.h"
 #include "geometry/essential.h"
 #include "geometry/nearest_rotation.h"
+#include "keyframe_landmarks.h"
 #include "mapping/feature_tracks.h"
 #include "mapping/view_graph.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
@@ -309,13 +309,8 @@ MotionEvidence sample_independent_motion(const Map& map, const std::vector<int>&
 }
 
 double rotation_before_cameras(const Map& map) {
-  std::array<std::vector<double>, 3> places;
-  for (const auto& entry : map.landmarks()) {
-    for (int i = 0; i < 3; ++i) places[i].push_back(entry.second.x_in_map[i]);
-  }
-  if (places[0].empty()) return 0;
-  const Eigen::Vector3d middle(median(std::move(places[0])), median(std::move(places[1])),
-                               median(std::move(places[2])));
+  if (map.landmarks().empty()) return 0;
+  const Eigen::Vector3d middle = median_position(map);
   std::vector<Eigen::Vector3d> to_cameras;
   for (const auto& entry : map.keyframes()) {
     to_cameras.push_back((entry.second.center_in_map() - middle).normalized());
@@ -342,8 +337,8 @@ std::vector<double> left_over(const std::vector<Eigen::Vector3d>& bearings1,
 
 // Residual motion after the rotation that explains most of it.
 std::vector<double> left_over_by_rotation(const std::vector<Eigen::Vector3d>& bearings1,
-                                          const std::vector<Eigen::Vector3d>& bearings2,
-                                          const RotationInViewOptions& options) {
+                                          const std::vector<Eigen::Vector3d>& bearings2) {
+  constexpr RotationInViewOptions options{};
   std::vector<double> lengths(bearings1.size(), 0);
   for (int round = 0; round < options.rounds; ++round) {
     const double farthest = options.far * median(lengths);
@@ -359,14 +354,13 @@ std::vector<double> left_over_by_rotation(const std::vector<Eigen::Vector3d>& be
 }  // namespace
 
 double rotation_in_view(const std::vector<Eigen::Vector3d>& bearings1,
-                        const std::vector<Eigen::Vector3d>& bearings2, const RotationInViewOptions& options) {
+                        const std::vector<Eigen::Vector3d>& bearings2) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& b : bearings1) middle += b;
   middle.normalize();
   std::vector<double> away;
   for (const Eigen::Vector3d& b : bearings1) away.push_back((b - middle).norm());
-  return median(left_over_by_rotation(bearings1, bearings2, options)) /
-         std::max(median(std::move(away)), 1e-6);
+  return median(left_over_by_rotation(bearings1, bearings2)) / std::max(median(std::move(away)), 1e-6);
 }
 
 }  // namespace mono_pose_tracker

@@ -197,7 +197,6 @@ struct RotationInViewOptions {
 /// (medians). It is about a third of the rotation angle (rad) for a ball, and up to 0.6 of it for a long,
 /// flat object.
 double rotation_in_view(const std::vector<Eigen::Vector3d>& bearings1,
-                        const std::vector<Eigen::Vector3d>& bearings2,
-                        const RotationInViewOptions& options = {});
+                        const std::vector<Eigen::Vector3d>& bearings2);
 
 }  // namespace mono_pose_tracker

@@ -25,7 +25,7 @@ struct KeyframePair {
 };
 
 // The keyframes farthest apart in time with enough common landmarks.
-std::optional<KeyframePair> farthest_pair(const Map& map, int min_shared) {
+std::optional<KeyframePair> farthest_pair(const Map& map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   std::map<KeyframeId, std::size_t> place;
   for (std::size_t i = 0; i < in_time.size(); ++i) place[in_time[i]->id] = i;
@@ -33,7 +33,7 @@ std::optional<KeyframePair> farthest_pair(const Map& map, int min_shared) {
   std::size_t apart = 0;
   for (std::size_t i = 0; i < in_time.size(); ++i) {
     for (const auto& [other, shared] : map.covisible(in_time[i]->id)) {
-      if (shared < min_shared) break;  // most first
+      if (shared < kAlternativeMaps.min_shared) break;  // most first
       const std::size_t j = place[other];
       if (j <= i + apart) continue;
       apart = j - i;
@@ -69,8 +69,8 @@ std::vector<RelativePoseHypothesis> geometries_of(const KeyframePair& pair, cons
 // Grows a map again from two of its keyframes with a given two-view geometry.
 class Regrowth {
  public:
-  Regrowth(const Map& map, const RansacOptions& ransac, int min_inliers)
-      : map_(map), min_inliers_(min_inliers), options_(AbsolutePoseOptions::in_growing_map(ransac)) {}
+  Regrowth(const Map& map, const RansacOptions& ransac)
+      : map_(map), options_(AbsolutePoseOptions::in_growing_map(ransac)) {}
 
   // Nothing when a keyframe cannot be registered in it.
   std::optional<Map> grow(const KeyframePair& pair, const Rigid3& second_from_first) {
@@ -124,7 +124,7 @@ class Regrowth {
   // Registers the keyframe that observes most of the points.
   bool register_next() {
     const Keyframe* next = nullptr;
-    int most = min_inliers_ - 1;
+    int most = kAlternativeMaps.min_inliers - 1;
     for (const auto& [id, keyframe] : map_.keyframes()) {
       if (poses_.count(id) > 0) continue;
       const int seen = points_observed_by(keyframe);
@@ -141,27 +141,21 @@ class Regrowth {
       points.push_back(point->second);
     }
     const AbsolutePoseReport report = estimate_absolute_pose(bearings, points, options_);
-    if (!report.success || report.num_inliers < min_inliers_) return false;
+    if (!report.success || report.num_inliers < kAlternativeMaps.min_inliers) return false;
     place(next->id, report.camera_from_map);
     return true;
   }
 
   const Map& map_;
-  const int min_inliers_;
   AbsolutePoseOptions options_;
   std::map<KeyframeId, Rigid3> poses_;
   std::unordered_map<LandmarkId, Eigen::Vector3d> points_;
 };
 
-std::size_t count_observations(const Map& map) {
-  std::size_t count = 0;
-  for (const auto& entry : map.landmarks()) count += entry.second.observations.size();
-  return count;
-}
-
 // Cost of this number of observations; those that are no longer in the map cost as much as an outlier.
-double cost_of(const Map& map, std::size_t observations, double outlier_sigmas) {
-  return cost_of(map, outlier_sigmas) +
+double cost_of(const Map& map, std::size_t observations) {
+  constexpr double outlier_sigmas = kAlternativeMaps.outlier_sigmas;
+  return cost_of(map) +
          outlier_sigmas * outlier_sigmas * static_cast<double>(observations - count_observations(map));
 }
 
@@ -191,13 +185,12 @@ struct Alternative {
 
 // Adjusts the alternative map as far as a comparison needs. Returns false where its cost is far higher than
 // `most` or it converges to the map itself.
-bool adjust_alternative(BundleOptions bundle, const AlternativeMapOptions& options, const KeyframePair& pair,
-                        std::size_t observations, double most, Map* alternative) {
-  bundle.max_iterations = options.trial_iterations;
+bool adjust_alternative(BundleOptions bundle, const KeyframePair& pair, std::size_t observations, double most,
+                        Map* alternative) {
+  bundle.max_iterations = kAlternativeMaps.trial_iterations;
   adjust_map(bundle, alternative);
-  if (cost_of(*alternative, observations, options.outlier_sigmas) > options.far_higher_cost * most)
-    return false;
-  bundle.max_iterations = options.max_iterations;
+  if (cost_of(*alternative, observations) > kAlternativeMaps.far_higher_cost * most) return false;
+  bundle.max_iterations = kAlternativeMaps.max_iterations;
   adjust_map(bundle, alternative);
   const KeyframePair now = {alternative->keyframe(pair.first->id), alternative->keyframe(pair.second->id)};
   return !is_same_geometry(relative_pose(now), relative_pose(pair));
@@ -217,16 +210,14 @@ struct Alternatives {
   std::vector<Map> maps;
 };
 
-Alternatives grow_alternatives(const RansacOptions& ransac, const AlternativeMapOptions& options,
-                               const Map& map) {
+Alternatives grow_alternatives(const RansacOptions& ransac, const Map& map) {
   Alternatives alternatives;
-  const std::optional<KeyframePair> pair = farthest_pair(map, options.min_shared);
+  const std::optional<KeyframePair> pair = farthest_pair(map);
   if (!pair) return alternatives;
   alternatives.pair = *pair;
   for (const RelativePoseHypothesis& geometry : geometries_of(*pair, ransac)) {
     if (is_same_geometry(geometry.second_from_first, relative_pose(*pair))) continue;
-    std::optional<Map> grown =
-        Regrowth(map, ransac, options.min_inliers).grow(*pair, geometry.second_from_first);
+    std::optional<Map> grown = Regrowth(map, ransac).grow(*pair, geometry.second_from_first);
     if (grown) alternatives.maps.push_back(std::move(*grown));
   }
   return alternatives;
@@ -234,55 +225,53 @@ Alternatives grow_alternatives(const RansacOptions& ransac, const AlternativeMap
 
 // The adjusted alternative with the lowest cost. compared: the adjusted map, or a sample of it, by whose
 // landmarks the costs are compared.
-std::optional<Alternative> best_alternative(const BundleOptions& bundle, const AlternativeMapOptions& options,
-                                            const Alternatives& alternatives, const Map& compared) {
+std::optional<Alternative> best_alternative(const BundleOptions& bundle, const Alternatives& alternatives,
+                                            const Map& compared) {
   const std::size_t observations = count_observations(compared);
-  const double cost = cost_of(compared, options.outlier_sigmas);
+  const double cost = cost_of(compared);
   std::optional<Alternative> best;
   for (const Map& grown : alternatives.maps) {
     Map map = with_landmarks_of(compared, grown);
-    if (!adjust_alternative(bundle, options, alternatives.pair, observations, cost, &map)) continue;
-    const double relative = cost_of(map, observations, options.outlier_sigmas) / cost;
+    if (!adjust_alternative(bundle, alternatives.pair, observations, cost, &map)) continue;
+    const double relative = cost_of(map, observations) / cost;
     if (!best || relative < best->cost) best = Alternative{std::move(map), relative};
   }
   return best;
 }
 
 // Adjusted as far as an alternative is.
-Map adjusted(BundleOptions bundle, const AlternativeMapOptions& options, Map map) {
-  bundle.max_iterations = options.trial_iterations + options.max_iterations;
+Map adjusted(BundleOptions bundle, Map map) {
+  bundle.max_iterations = kAlternativeMaps.trial_iterations + kAlternativeMaps.max_iterations;
   adjust_map(bundle, &map);
   return map;
 }
 
 }  // namespace
 
-bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence, Map* map,
-                      const AlternativeMapOptions& options) {
-  if (is_narrow(*map, options)) return false;
-  const Alternatives alternatives = grow_alternatives(ransac, options, *map);
+bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence,
+                      Map* map) {
+  if (is_narrow(*map)) return false;
+  const Alternatives alternatives = grow_alternatives(ransac, *map);
   if (alternatives.maps.empty()) return false;
-  if (const std::optional<Map> sample = sample_of(bundle, options, *map)) {
-    const std::optional<Alternative> sampled = best_alternative(bundle, options, alternatives, *sample);
-    if (!sampled || sampled->cost * (1 + min_evidence) >= options.sampled_margin) return false;
+  if (const std::optional<Map> sample = sample_of(bundle, *map)) {
+    const std::optional<Alternative> sampled = best_alternative(bundle, alternatives, *sample);
+    if (!sampled || sampled->cost * (1 + min_evidence) >= kAlternativeMaps.sampled_margin) return false;
   }
-  std::optional<Alternative> alternative =
-      best_alternative(bundle, options, alternatives, adjusted(bundle, options, *map));
+  std::optional<Alternative> alternative = best_alternative(bundle, alternatives, adjusted(bundle, *map));
   if (!alternative || alternative->cost * (1 + min_evidence) >= 1) return false;
   *map = std::move(alternative->map);
   return true;
 }
 
-double planar_p_value(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
-                      const AlternativeMapOptions& options) {
-  if (is_narrow(map, options)) return 0;
-  const Map beginning = beginning_of(map, options.beginning);
-  const Alternatives alternatives = grow_alternatives(ransac, options, beginning);
+double planar_p_value(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map) {
+  if (is_narrow(map)) return 0;
+  const Map beginning = beginning_of(map, kAlternativeMaps.beginning);
+  const Alternatives alternatives = grow_alternatives(ransac, beginning);
   if (alternatives.maps.empty()) return 0;
-  const std::optional<Map> sample = sample_of(bundle, options, beginning);
-  const Map compared = sample ? *sample : adjusted(bundle, options, beginning);
-  const std::optional<Alternative> alternative = best_alternative(bundle, options, alternatives, compared);
-  return alternative ? p_value_of(alternative->map, compared, options) : 0;
+  const std::optional<Map> sample = sample_of(bundle, beginning);
+  const Map compared = sample ? *sample : adjusted(bundle, beginning);
+  const std::optional<Alternative> alternative = best_alternative(bundle, alternatives, compared);
+  return alternative ? p_value_of(alternative->map, compared) : 0;
 }
 
 }  // namespace mono_pose_tracker

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "mapping/alternative_map.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
@@ -16,12 +15,11 @@ namespace mono_pose_tracker {
 /// Takes the best alternative when its cost is lower by min_evidence (share of the cost). Returns true when
 /// the map was replaced: poses and landmarks have changed, and landmarks that the alternative cannot place
 /// are gone.
-bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence, Map* map,
-                      const AlternativeMapOptions& options = {});
+bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence,
+                      Map* map);
 
 /// p-value (alternative_map.h) of the best alternative of the map's beginning; 0 where its keyframes have no
 /// alternative geometry.
-double planar_p_value(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
-                      const AlternativeMapOptions& options = {});
+double planar_p_value(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map);
 
 }  // namespace mono_pose_tracker

@@ -6,6 +6,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr PoseSupportOptions kSupport{};
+
 constexpr int kColumns = 8, kRows = 6;
 
 int cell_of(const ImageFeatures& image, int feature, int width, int height) {
@@ -31,18 +33,16 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
   return support;
 }
 
-bool is_supported(const PoseSupport& support, int min_inliers, const PoseSupportOptions& options) {
-  const double most = std::max(support.features, options.few_features), expected = support.in_map.expected;
-  if (support.found < min_inliers || expected < min_inliers || support.spread < options.min_spread)
+bool is_supported(const PoseSupport& support, int min_inliers) {
+  const double most = std::max(support.features, kSupport.few_features), expected = support.in_map.expected;
+  if (support.found < min_inliers || expected < min_inliers || support.spread < kSupport.min_spread)
     return false;
   const bool is_as_from_near =
-      support.found >= options.min_found_from_near * std::min<double>(support.in_map.in_view, most);
-  return support.found >= options.min_found * std::min(expected, most) &&
-         (is_as_from_near || support.found <= options.max_oblique_excess * expected);
+      support.found >= kSupport.min_found_from_near * std::min<double>(support.in_map.in_view, most);
+  return support.found >= kSupport.min_found * std::min(expected, most) &&
+         (is_as_from_near || support.found <= kSupport.max_oblique_excess * expected);
 }
 
-bool is_confined_to_corner(const PoseSupport& support, const PoseSupportOptions& options) {
-  return support.spread < options.corner;
-}
+bool is_confined_to_corner(const PoseSupport& support) { return support.spread < kSupport.corner; }
 
 }  // namespace mono_pose_tracker

@@ -39,10 +39,10 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 /// is aliased where fewer landmarks are expected than a pose needs, as from behind. It is also aliased where
 /// the expectation is below 15 % of the landmarks in view, as at oblique views, and more than twice as many
 /// are found.
-bool is_supported(const PoseSupport& support, int min_inliers, const PoseSupportOptions& options = {});
+bool is_supported(const PoseSupport& support, int min_inliers);
 
 /// Whether the inliers lie in less than an eighth of the cells with features. The pose may then depend on a
 /// small independently moving object.
-bool is_confined_to_corner(const PoseSupport& support, const PoseSupportOptions& options = {});
+bool is_confined_to_corner(const PoseSupport& support);
 
 }  // namespace mono_pose_tracker

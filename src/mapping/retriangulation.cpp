@@ -13,6 +13,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr RetriangulationOptions kRetriangulation{};
+
 // The view of the track whose ray makes the largest angle with this one's.
 std::size_t widest_from(std::size_t view, const std::vector<const Keyframe*>& in_time,
                         const FeatureTrack& track) {
@@ -32,7 +34,7 @@ std::size_t widest_from(std::size_t view, const std::vector<const Keyframe*>& in
 }
 
 // Triangulates the point from two views far apart; false when a view has too large an error.
-bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& track, double max_error_px,
+bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& track,
             Eigen::Vector3d* x_in_map) {
   const std::size_t one = widest_from(0, in_time, track), other = widest_from(one, in_time, track);
   const Keyframe &first = *in_time[track[one].first], &last = *in_time[track[other].first];
@@ -48,7 +50,7 @@ bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& tra
     const Eigen::Vector3d x_in_camera = keyframe.camera_from_map * *x_in_map;
     return keyframe.image->set.bearings[view.second].dot(x_in_camera) > 0 &&
            reprojection_error(*keyframe.image, view.second, x_in_camera).norm() <
-               max_error_px * image_scale(keyframe.image->camera);
+               kRetriangulation.max_error_px * image_scale(keyframe.image->camera);
   });
 }
 
@@ -57,12 +59,12 @@ struct LocatedTrack {
   Eigen::Vector3d x_in_map;
 };
 
-std::vector<LocatedTrack> locate_all(const std::vector<const Keyframe*>& in_time, const FeatureTracks& tracks,
-                                     const RetriangulationOptions& options) {
+std::vector<LocatedTrack> locate_all(const std::vector<const Keyframe*>& in_time,
+                                     const FeatureTracks& tracks) {
   std::vector<LocatedTrack> located;
   for (const FeatureTrack& track : tracks.all()) {
     Eigen::Vector3d x_in_map;
-    if (track.size() >= options.min_views && locate(in_time, track, options.max_error_px, &x_in_map))
+    if (track.size() >= kRetriangulation.min_views && locate(in_time, track, &x_in_map))
       located.push_back({track, x_in_map});
   }
   return located;
@@ -129,11 +131,10 @@ FeatureTracks graph_tracks(const Map& map, const std::vector<EdgeConsistency>& e
   return tracks;
 }
 
-void replace_landmarks(const FeatureTracks& tracks, int min_landmarks, Map* map,
-                       const RetriangulationOptions& options) {
+void replace_landmarks(const FeatureTracks& tracks, int min_landmarks, Map* map) {
   Map other = *map;
   const std::vector<const Keyframe*> in_time = keyframes_in_time(*map);
-  const std::vector<LocatedTrack> located = locate_all(in_time, tracks, options);
+  const std::vector<LocatedTrack> located = locate_all(in_time, tracks);
   const std::set<KeyframeId> weak = weak_keyframes(in_time, located, min_landmarks);
   // Images between the keyframes refer to landmarks by their ids.
   for (const LandmarkId id : other.landmark_ids()) {

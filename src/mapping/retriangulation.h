@@ -30,7 +30,6 @@ FeatureTracks graph_tracks(const Map& map, const std::vector<EdgeConsistency>& e
 /// errors are a few px at most. A landmark keeps its id where its features are on a track. Landmarks of
 /// keyframes with fewer than `min_landmarks` of these tracks stay as well. The map needs a bundle adjustment
 /// afterwards.
-void replace_landmarks(const FeatureTracks& tracks, int min_landmarks, Map* map,
-                       const RetriangulationOptions& options = {});
+void replace_landmarks(const FeatureTracks& tracks, int min_landmarks, Map* map);
 
 }  // namespace mono_pose_tracker

@@ -38,6 +38,6 @@ inline bool is_flagged(const FlaggedFeatures& features, KeyframeId id, int featu
 // background behind an object that rotates before a fixed camera. A feature at the pixel of a `known` one
 // counts as well. Empty when there are none.
 FlaggedFeatures find_static_overlay(const MapperOptions& options, const Map& map, KeyframeId newest,
-                                    const FlaggedFeatures& known, const StaticOverlayOptions& overlay = {});
+                                    const FlaggedFeatures& known);
 
 }  // namespace mono_pose_tracker

@@ -12,6 +12,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr ScaleCutOptions kScaleCut{};
+
 // One observation of a landmark: time, viewing ray, precision.
 struct Ray {
   int place = 0;  // of its keyframe, in time
@@ -19,14 +21,13 @@ struct Ray {
   double sigma_rad = 0;
 };
 
-std::vector<Ray> rays_of(const Map& map, const Landmark& landmark, const std::map<KeyframeId, int>& place,
-                         const ScaleCutOptions& options) {
+std::vector<Ray> rays_of(const Map& map, const Landmark& landmark, const std::map<KeyframeId, int>& place) {
   std::vector<Ray> rays;
   for (const Observation& o : landmark.observations) {
     const Keyframe& keyframe = *map.keyframe(o.keyframe);
     rays.push_back(
         {place.at(o.keyframe), (landmark.x_in_map - keyframe.center_in_map()).normalized(),
-         options.feature_sigma_px * keyframe.image->sigma_px[o.feature] / keyframe.image->camera.focal()});
+         kScaleCut.feature_sigma_px * keyframe.image->sigma_px[o.feature] / keyframe.image->camera.focal()});
   }
   std::sort(rays.begin(), rays.end(), [](const Ray& a, const Ray& b) { return a.place < b.place; });
   return rays;
@@ -56,7 +57,7 @@ std::vector<double> path_lengths(const std::vector<const Keyframe*>& in_time) {
 
 }  // namespace
 
-ScaleCut weakest_scale_cut(const Map& map, const ScaleCutOptions& options) {
+ScaleCut weakest_scale_cut(const Map& map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   if (in_time.size() < 4) return {};
   std::map<KeyframeId, int> place;
@@ -65,7 +66,7 @@ ScaleCut weakest_scale_cut(const Map& map, const ScaleCutOptions& options) {
   std::vector<double> information(in_time.size() + 1, 0);
   std::vector<int> landmarks(in_time.size() + 1, 0);
   for (const LandmarkId id : map.landmark_ids()) {
-    const std::vector<Ray> rays = rays_of(map, *map.landmark(id), place, options);
+    const std::vector<Ray> rays = rays_of(map, *map.landmark(id), place);
     const std::vector<double> before = depth_variances(rays),
                               after = depth_variances({rays.rbegin(), rays.rend()});
     for (std::size_t i = 2; i + 2 <= rays.size(); ++i) {
@@ -90,7 +91,7 @@ ScaleCut weakest_scale_cut(const Map& map, const ScaleCutOptions& options) {
     cut.frame_index = in_time[k]->frame_index;
     cut.landmarks = count;
     cut.log_scale_sigma =
-        count > 0 ? std::sqrt(options.correlation / known) : std::numeric_limits<double>::infinity();
+        count > 0 ? std::sqrt(kScaleCut.correlation / known) : std::numeric_limits<double>::infinity();
     cut.path_share = std::min(length[k - 1], length.back() - length[k]) / length.back();
     if (cut.path_sigma() > weakest.path_sigma()) weakest = cut;
   }

@@ -26,6 +26,6 @@ struct ScaleCutOptions {
 };
 
 /// The temporal cut with the largest path_sigma. A map of fewer than four keyframes has none: all zero.
-ScaleCut weakest_scale_cut(const Map& map, const ScaleCutOptions& options = {});
+ScaleCut weakest_scale_cut(const Map& map);
 
 }  // namespace mono_pose_tracker

@@ -53,7 +53,7 @@ MapperOptions unhurried(MapperOptions options) {
 }
 
 WalkFollower::WalkFollower(const TrackerOptions& options, const CameraModel& camera)
-    : registrar_(options, camera), mapper_(unhurried(options.mapper(camera.focal())), camera) {}
+    : registrar_(options, camera), mapper_(unhurried(options.mapper(camera.focal()))) {}
 
 // CPU time of this thread.
 double thread_seconds() {
@@ -247,7 +247,7 @@ double publish_ms(Map map) {
 void measure_end(const TrackerOptions& options, const CameraModel& camera, const Map& map, GrowthStep* step) {
   MapperOptions unadjusted = options.mapper(camera.focal());
   unadjusted.bundle.max_seconds = 1e-6;  // no step is made
-  Mapper mapper(unadjusted, camera);
+  Mapper mapper(unadjusted);
   mapper.restore(map, 0);
   double start = thread_seconds();
   mapper.finish();

@@ -211,7 +211,7 @@ RegistrationReport FrameRegistrar::look_at_place(const Frame& frame, const Track
   RegistrationReport report = by_descriptors(frame, candidates_of(map, {id}));
   if (report.success) refine(frame, local_candidates(map, id), &report);
   add_uncertainty_of_map(map, id, limits_.error_correlation, &report);
-  if (report.success && !is_supported(report.support, options_.resection.min_inliers, limits_.support)) {
+  if (report.success && !is_supported(report.support, options_.resection.min_inliers)) {
     report.success = false;
     report.reason = Reason::kTooFewInliers;
     report.text = unsupported(report.support);

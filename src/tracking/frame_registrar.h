@@ -25,7 +25,6 @@ struct FrameRegistrarOptions {
   /// independent one's information. Measured with ground truth on simulated rooms and heads
   /// (test/tracking/pose_covariance_test.cpp).
   double error_correlation = 8;
-  PoseSupportOptions support;
   AliasedPlaceOptions places;
 };
 

@@ -148,9 +148,8 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.map = worker_.mapper().map();
   map.precision = path_precision(map.map);
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
-  map.reversal_p_value = reversal_p_value(options_.bundle, map.map, limits_.alternatives);
-  map.planar_p_value =
-      planar_p_value(options_.bundle, options_.ransac(camera_.focal()), map.map, limits_.alternatives);
+  map.reversal_p_value = reversal_p_value(options_.bundle, map.map);
+  map.planar_p_value = planar_p_value(options_.bundle, options_.ransac(camera_.focal()), map.map);
   worker_.mapper().connect();
   map.explained = explained_matches(map.map, view_graph());
   map.shows_background = !goes_through(map.map) && shows_background(view, map.map);
@@ -168,7 +167,7 @@ void Tracker::Impl::assess_map(std::size_t place, std::int64_t images, FinishedM
   evidence.is_first = place == 0;
   evidence.is_loaded = map->is_loaded() || options_.localize_only;
   evidence.rests_on_two_views = rests_on_two_views_;
-  evidence.is_object = is_narrow(map->map, limits_.alternatives);
+  evidence.is_object = is_narrow(map->map);
   evidence.registered = map->trajectory.size();
   evidence.images = images;
   evidence.reversal_p_value = map->reversal_p_value;

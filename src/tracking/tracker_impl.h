@@ -50,7 +50,6 @@ inline bool has_earlier_frames(const TrackingMap& map) {
 
 // Thresholds of the Tracker in addition to the user's TrackerOptions.
 struct TrackerLimits {
-  AlternativeMapOptions alternatives;
   std::size_t live_frames = 20000;    // whose poses are corrected with the map: eleven minutes at 30 Hz, as
                                       // long as the default ~path
   std::size_t doubtful_in_a_row = 2;  // poses; after more, all of them are withdrawn
@@ -81,8 +80,7 @@ class Tracker::Impl {
         registrar_(options_, camera),
         keyframe_policy_(options_.mapping, options_.young_map_keyframes),
         bootstrap_job_(options_, camera),
-        worker_(options_.mapper(camera.focal()), camera, mapping == Mapping::kThreaded,
-                std::move(before_mapping)) {}
+        worker_(options_.mapper(camera.focal()), mapping == Mapping::kThreaded, std::move(before_mapping)) {}
   ~Impl() { cancel(); }
 
   void cancel() { cancelled_ = true; }

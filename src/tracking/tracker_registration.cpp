@@ -156,7 +156,7 @@ RegistrationReport Tracker::Impl::register_again(const Frame& frame, const Track
 std::set<std::int64_t> Tracker::Impl::refine_with_graph() {
   if (options_.localize_only || !worker_.latest()) return {};
   const TrackingMapPtr before = worker_.latest();
-  const std::set<KeyframeId> removed = worker_.mapper().refine_with_graph({});
+  const std::set<KeyframeId> removed = worker_.mapper().refine_with_graph();
   std::set<std::int64_t> frames;
   if (!removed.empty()) frames = frames_on(*before, frames_[before->map_id], removed);
   follow_mapper();

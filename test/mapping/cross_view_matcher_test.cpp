@@ -163,7 +163,7 @@ TEST_F(CrossViewMatcherTest, AMapperMatchesThemInTheBackgroundWhenItAdjustsAll) 
   visit(100, {0.02, 0.01, -0.02});
   MapperOptions narrow = options();
   narrow.mapping.window_keyframes = 2;
-  Mapper mapper(narrow, scene_.camera);
+  Mapper mapper(narrow);
   mapper.restore(map_, 0);
   ASSERT_FALSE(is_matched(mapper.map()));
   mapper.adjust_now_and_then();

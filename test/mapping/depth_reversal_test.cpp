@@ -104,15 +104,13 @@ TEST(DepthReversal, AStretchedMapTurnsFartherTheSameWay) {
 
 TEST(AlternativeMap, IsRuledOutWhereItCostsPlainlyMore) {
   const Map map = head_map(0.3);
-  AlternativeMapOptions options;
-  EXPECT_EQ(p_value_of(map, map, options), 1);
+  EXPECT_EQ(p_value_of(map, map), 1);
   Map worse = map;
   reverse_depth(1, &worse);
-  EXPECT_LT(p_value_of(worse, map, options), 1e-6);
-  EXPECT_EQ(p_value_of(map, worse, options), 1);
-  options.min_extra_cost =
-      1.01 * (cost_of(worse, options.outlier_sigmas) / cost_of(map, options.outlier_sigmas) - 1);
-  EXPECT_EQ(p_value_of(worse, map, options), 1) << "however many landmarks say so";
+  EXPECT_LT(p_value_of(worse, map), 1e-6);
+  EXPECT_EQ(p_value_of(map, worse), 1);
+  EXPECT_EQ(p_value_of(worse, map, 1.01 * (cost_of(worse) / cost_of(map) - 1)), 1)
+      << "however many landmarks say so";
 }
 
 TEST(AlternativeMap, LostObservationsCostAsMuchAsOutliers) {
@@ -120,7 +118,7 @@ TEST(AlternativeMap, LostObservationsCostAsMuchAsOutliers) {
   Map fewer = map;
   const KeyframeId last = map.keyframes().rbegin()->first;
   for (const LandmarkId id : landmarks_of(*map.keyframe(last))) fewer.remove_observation(id, last);
-  EXPECT_LT(p_value_of(fewer, map, {}), 1e-6);
+  EXPECT_LT(p_value_of(fewer, map), 1e-6);
 }
 
 // The object rotates by 28 degrees, which gives plain evidence. A reversed map has no more evidence than the

@@ -38,11 +38,10 @@ class GlobalRefinerTest : public ::testing::Test {
     }
     const Rigid3 lost = true_pose(kLost);
     map.set_pose(kLost, {lost.rotation, lost.translation - lost.rotation * error});
-    const MapperLimits limits;
     ViewGraph graph(view_graph_options(options));
-    GlobalRefiner refiner(options, limits, &atlas_, &graph);
+    GlobalRefiner refiner(options, &atlas_, &graph);
     refiner.connect();
-    return refiner.refine({});
+    return refiner.refine();
   }
 
   Atlas atlas_;

@@ -96,7 +96,7 @@ struct Hall {
   Random random{1};
   SyntheticScene scene{hall_points(2500, random), random};
   DriftingMap world{scene};
-  LoopFinder finder{mapper_options(world.camera), world.camera};
+  LoopFinder finder{mapper_options(world.camera)};
   Sim3 drifted = drift(1.1, 2, {0.4, 0.1, -0.3});
 
   // Walks the first 250 degrees; returns whether a loop was found.
@@ -209,7 +209,7 @@ TEST(LoopFinder, APosterSeenElsewhereIsNoPlace) {
   SyntheticScene scene(points, random);
   for (int i = 0; i < 40; ++i) scene.descriptors.row(first + i).copyTo(scene.descriptors.row(first + 40 + i));
   DriftingMap world(scene);
-  LoopFinder finder(mapper_options(world.camera), world.camera);
+  LoopFinder finder(mapper_options(world.camera));
   for (int degrees = 0; degrees <= 250; degrees += 10) {
     finder.find(world.map, world.index, world.add(hall_camera(degrees), 0, Sim3(), random));
   }
@@ -237,7 +237,7 @@ TEST(LoopFinder, ASecondRoomLikeTheFirstIsNoLoop) {
     scene.descriptors.push_back(scene.descriptors.row(static_cast<int>(i)));
   }
   DriftingMap world(scene);
-  LoopFinder finder(mapper_options(world.camera), world.camera);
+  LoopFinder finder(mapper_options(world.camera));
   for (int degrees = 0; degrees <= 250; degrees += 10) {
     EXPECT_FALSE(finder.find(world.map, world.index, world.add(hall_camera(degrees), 0, Sim3(), random)));
   }
@@ -256,7 +256,7 @@ TEST(LoopFinder, TheOtherWallOfAPassageIsNoLoop) {
   SyntheticScene scene(points, random);
   scene.descriptors.rowRange(0, 600).copyTo(scene.descriptors.rowRange(600, 1200));
   DriftingMap world(scene);
-  LoopFinder finder(mapper_options(world.camera), world.camera);
+  LoopFinder finder(mapper_options(world.camera));
   for (double x = 2; x < 18; x += 1) {
     EXPECT_FALSE(finder.find(world.map, world.index, world.add(camera_at({x, 0, 0}), 0, Sim3(), random)));
   }
@@ -301,7 +301,7 @@ struct Corridor {
   Random random{4};
   SyntheticScene scene;
   DriftingMap world{scene};
-  LoopFinder finder{mapper_options(world.camera), world.camera};
+  LoopFinder finder{mapper_options(world.camera)};
 
   explicit Corridor(int between, double distance = 4) : scene(corridor(20, between, random, distance)) {}
 

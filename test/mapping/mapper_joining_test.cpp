@@ -85,7 +85,7 @@ class MapperJoiningTest : public testing::Test {
   TrackerOptions options_ = unhurried_options();
   CameraModel camera_ = synthetic_camera();
   SyntheticScene scene_ = wall(random_);
-  Mapper mapper_{options_.mapper(camera_.focal()), camera_};
+  Mapper mapper_{options_.mapper(camera_.focal())};
 };
 
 TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
@@ -119,7 +119,7 @@ TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
 TEST_F(MapperJoiningTest, AMarkerThatOnlyTheNewerMapSawIsKept) {
   MapperOptions metres = options_.mapper(camera_.focal());
   metres.scale.marker_size = 0.5;
-  mapper_ = Mapper(metres, camera_);
+  mapper_ = Mapper(metres);
   const auto seen_marker = [&](int i) {
     std::vector<Eigen::Vector3d> bearings;
     for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.5, 0.0}, {0.5, 0.5}, {0.0, 0.5}})

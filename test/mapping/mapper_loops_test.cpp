@@ -36,7 +36,7 @@ class MapperLoopsTest : public testing::Test {
     options_.mapping.bundle_seconds = 1e6;
     MapperOptions options = with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); });
     options.adjusts_all = adjusts_all;
-    worker_ = std::make_unique<MappingWorker>(options, camera_, threaded,
+    worker_ = std::make_unique<MappingWorker>(options, threaded,
                                               [this] { mapping_thread_ = std::this_thread::get_id(); });
     const InitialMap initial = true_beginning(walk_, camera_, kLoopNoise, random_);
     worker_->begin(0, [&](Mapper& mapper) { mapper.initialize(initial, 0); });

@@ -57,7 +57,7 @@ class MapperTest : public testing::Test {
 };
 
 TEST_F(MapperTest, WithoutAScaleTheFirstViewsMedianDepthIsOne) {
-  Mapper mapper(options(), scene_.camera);
+  Mapper mapper(options());
   mapper.initialize(scene_.initial_map(1), 3);
   std::vector<double> depths;
   for (const auto& entry : mapper.map().landmarks()) depths.push_back(entry.second.x_in_map.z());
@@ -74,13 +74,13 @@ double baseline_of(const Map& map) {
 TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
   MapperOptions metres = options();
   metres.scale.known_baseline = 0.4;
-  Mapper mapper(metres, scene_.camera);
+  Mapper mapper(metres);
   const InitialMap initial = scene_.initial_map(1);
   mapper.initialize(initial, 0);
   EXPECT_NEAR(baseline_of(mapper.map()), 0.4, 1e-9);
   EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kKnownBaseline);
   // The uncertainty is reported in metres as well.
-  Mapper in_units(options(), scene_.camera);
+  Mapper in_units(options());
   in_units.initialize(initial, 0);
   const double unit_m =
       0.4 /
@@ -96,7 +96,7 @@ TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
 TEST_F(MapperTest, AKnownBaselineIsKeptWhateverIsLearntLater) {
   MapperOptions metres = options();
   metres.scale.known_baseline = 0.4;
-  Mapper mapper(metres, scene_.camera);
+  Mapper mapper(metres);
   mapper.initialize(scene_.initial_map(1), 0);
   for (int view = 2; view < 6; ++view) insert(&mapper, view);
   EXPECT_NEAR(baseline_of(mapper.map()), 0.4, 0.01 * 0.4) << "asked at six keyframes";
@@ -124,7 +124,7 @@ TEST_F(MapperTest, AMarkerSetsTheScaleAsSoonAsItIsSeenFromFarEnoughApart) {
   metres.scale.marker_size = 1;
   for (int seed = 0; seed < 5; ++seed) {
     Random random(seed);
-    Mapper mapper(metres, scene_.camera);
+    Mapper mapper(metres);
     InitialMap initial = scene_.initial_map(1);
     for (int view = 0; view < 2; ++view)
       initial.views[view].frame.marker = seen_marker(scene_, view, &random);
@@ -144,7 +144,7 @@ TEST_F(MapperTest, AMarkerSetsTheScaleAsSoonAsItIsSeenFromFarEnoughApart) {
 
 // Only every third point is known at first: the others are matched along epipolar lines, and tracks grow.
 TEST_F(MapperTest, KeyframesBringNewLandmarksAndLongerTracks) {
-  Mapper mapper(options(), scene_.camera);
+  Mapper mapper(options());
   const InitialMap initial = scene_.initial_map(3);
   mapper.initialize(initial, 0);
   EXPECT_GT(mapper.map().landmarks().size(), 2 * initial.points.size()) << "between the first two already";
@@ -166,7 +166,7 @@ TEST_F(MapperTest, KeyframesBringNewLandmarksAndLongerTracks) {
 }
 
 TEST_F(MapperTest, WrongObservationsGo) {
-  Mapper mapper(options(), scene_.camera);
+  Mapper mapper(options());
   mapper.initialize(scene_.initial_map(1), 0);
   insert(&mapper, 2);
   const Frame frame = scene_.frame(3);
@@ -185,7 +185,7 @@ TEST_F(MapperTest, WrongObservationsGo) {
 }
 
 TEST_F(MapperTest, AKeyframeOfWhichNothingIsNewGoesAndItsPlaceIsKept) {
-  Mapper mapper(options(), scene_.camera);
+  Mapper mapper(options());
   mapper.initialize(scene_.initial_map(1), 0);
   for (int view = 2; view < 5; ++view) insert(&mapper, view);
   for (int i = 0; i < 5; ++i) {  // at rest
@@ -216,7 +216,7 @@ TEST_F(MapperTest, ACappedMapKeepsItsFrameItsNewestAndItsAccuracy) {
   MapperOptions capped = options();
   capped.mapping.max_keyframes = kMost;
   capped.mapping.redundant_overlap = 1.01;  // keyframes are removed only by the limit
-  Mapper mapper(capped, scene_.camera);
+  Mapper mapper(capped);
   mapper.initialize(scene_.initial_map(1), 0);
   for (int view = 2; view < kViews; ++view) {
     insert(&mapper, view);
@@ -249,7 +249,7 @@ TEST_F(MapperTest, TheKeyframeThatIsMissedLeastGoesFirst) {
   capped.mapping.max_keyframes = 10;
   capped.mapping.redundant_overlap = 1.01;
   capped.mapping.window_keyframes = 2;  // so that few are protected as neighbours of the newest
-  Mapper mapper(capped, scene_.camera);
+  Mapper mapper(capped);
   mapper.initialize(scene_.initial_map(1), 0);
   for (int view = 2; view < 10; ++view) insert(&mapper, view);
   const Map before = mapper.map();
@@ -273,7 +273,7 @@ TEST_F(MapperTest, TheKeyframeThatIsMissedLeastGoesFirst) {
 }
 
 TEST_F(MapperTest, ACandidateWhoseReferenceIsUnknownIsPassedOver) {
-  Mapper mapper(options(), scene_.camera);
+  Mapper mapper(options());
   mapper.initialize(scene_.initial_map(1), 0);
   const TrackingMapPtr before = mapper.tracking_map();
   const Frame frame = scene_.frame(2);
@@ -287,7 +287,7 @@ TEST_F(MapperTest, ACandidateWhoseReferenceIsUnknownIsPassedOver) {
 TEST_F(MapperTest, KeyframesThatAreWrongGoWithWhatTheyAloneSawButForTheFirstTwo) {
   MapperOptions all = options();
   all.mapping.redundant_overlap = 2;  // no keyframe goes by itself
-  Mapper mapper(all, scene_.camera);
+  Mapper mapper(all);
   mapper.initialize(scene_.initial_map(3), 0);
   for (int view = 2; view < 6; ++view) insert(&mapper, view);
   Atlas atlas;
@@ -304,7 +304,7 @@ TEST_F(MapperTest, KeyframesThatAreWrongGoWithWhatTheyAloneSawButForTheFirstTwo)
 TEST_F(MapperTest, TheFinishedMapKeepsWhatThreeViewsSee) {
   MapperOptions all = options();
   all.mapping.redundant_overlap = 2;  // no keyframe goes
-  Mapper mapper(all, scene_.camera);
+  Mapper mapper(all);
   mapper.initialize(scene_.initial_map(3), 0);
   for (int view = 2; view < 6; ++view) insert(&mapper, view);
   mapper.finish();

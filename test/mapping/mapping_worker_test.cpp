@@ -60,7 +60,7 @@ class MappingWorkerTest : public testing::Test {
 class OnAThreadOrInline : public MappingWorkerTest, public testing::WithParamInterface<bool> {};
 
 TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
-  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), GetParam());
   EXPECT_EQ(worker.latest(), nullptr);
   begin(initial_map(), 3, &worker);
   const TrackingMapPtr two = worker.latest();
@@ -91,7 +91,7 @@ TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
 }
 
 TEST_P(OnAThreadOrInline, ResetLeavesNoMap) {
-  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), GetParam());
   begin(initial_map(), 0, &worker);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
   ASSERT_TRUE(worker.insert(next));
@@ -106,7 +106,7 @@ TEST_P(OnAThreadOrInline, ResetLeavesNoMap) {
 }
 
 TEST_P(OnAThreadOrInline, UntilAnotherMapIsThereTheOneBeforeIs) {
-  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), GetParam());
   begin(initial_map(), 0, &worker);
   const TrackingMapPtr before = worker.latest();
   TrackingMapPtr meanwhile;
@@ -119,7 +119,7 @@ TEST_P(OnAThreadOrInline, UntilAnotherMapIsThereTheOneBeforeIs) {
 }
 
 TEST_P(OnAThreadOrInline, AJobThatThrowsChangesNothing) {
-  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), GetParam());
   begin(initial_map(), 0, &worker);
   for (int i = 2; i < 6; ++i) {
     worker.insert(candidate(*worker.latest(), i));
@@ -127,7 +127,7 @@ TEST_P(OnAThreadOrInline, AJobThatThrowsChangesNothing) {
   }
   const InitialMap other = initial_map();
   const KeyframeCandidate next = candidate(*worker.latest(), 6);
-  Mapper untouched(TrackerOptions().mapper(camera_.focal()), camera_);
+  Mapper untouched(TrackerOptions().mapper(camera_.focal()));
   untouched.restore(worker.mapper().map(), 0);
   const auto expect_untouched = [&] {
     const Map& map = worker.mapper().map();
@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(Mapping, OnAThreadOrInline, testing::Bool(),
                          [](const auto& info) { return info.param ? "Threaded" : "Inline"; });
 
 TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanMay) {
-  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), true);
   begin(initial_map(), 0, &worker);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
   // If insert blocked, none would be refused. Mapping takes longer than queueing, so a few calls suffice.
@@ -194,7 +194,7 @@ TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanMay) {
 }
 
 TEST_F(MappingWorkerTest, BehindInTimeItSolvesLessAndTheMapStaysConsistent) {
-  Mapper mapper(unhurried_options().mapper(camera_.focal()), camera_);
+  Mapper mapper(unhurried_options().mapper(camera_.focal()));
   mapper.initialize(initial_map(), 0);
   for (int i = 2; i < 6; ++i) mapper.insert(candidate(*mapper.tracking_map(), i));
   for (const int waiting : {0, 1, 2, 3}) {
@@ -223,7 +223,7 @@ TEST_F(MappingWorkerTest, BehindInTimeItSolvesLessAndTheMapStaysConsistent) {
 
 TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
   for (int trial = 0; trial < 20; ++trial) {
-    MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
+    MappingWorker worker(TrackerOptions().mapper(camera_.focal()), true);
     begin(initial_map(), 0, &worker);
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
     for (int i = 0; i < MappingWorkerOptions().most_waiting; ++i) worker.insert(next);
@@ -252,7 +252,7 @@ struct SolveUnderWay {
 TEST_F(MappingWorkerTest, ResetEndsTheSolveUnderWay) {
   SolveUnderWay solve;
   std::atomic<bool> is_reset{false};
-  MappingWorker worker(solve.options().mapper(camera_.focal()), camera_, true);
+  MappingWorker worker(solve.options().mapper(camera_.focal()), true);
   begin(initial_map(), 0, &worker);
   solve.until = [&] { return is_reset.load(); };
   ASSERT_TRUE(worker.insert(candidate(*worker.latest(), 2)));
@@ -269,7 +269,7 @@ TEST_F(MappingWorkerTest, DestructionEndsTheSolveUnderWay) {
   SolveUnderWay solve;
   std::atomic<bool> one_waits{false};
   {
-    MappingWorker worker(solve.options().mapper(camera_.focal()), camera_, true);
+    MappingWorker worker(solve.options().mapper(camera_.focal()), true);
     begin(initial_map(), 0, &worker);
     // The destructor drops waiting jobs.
     solve.until = [&] { return one_waits && worker.unfinished_jobs() == 1; };
@@ -283,7 +283,7 @@ TEST_F(MappingWorkerTest, DestructionEndsTheSolveUnderWay) {
 }
 
 TEST_F(MappingWorkerTest, TwoHundredResetsUnderLoad) {
-  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), true);
   const InitialMap initial = initial_map();
   begin(initial, 0, &worker);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);

@@ -27,7 +27,7 @@ std::set<KeyframeId> off_motion_of(const std::vector<Eigen::Vector3d>& positions
     keyframes[k].camera_from_map.translation = -positions[k];
     keyframes[k].image = std::make_shared<ImageFeatures>();
   }
-  return off_motion(Map::restore(keyframes, {}, {}, ScaleSource::kMapUnits), {});
+  return off_motion(Map::restore(keyframes, {}, {}, ScaleSource::kMapUnits));
 }
 
 TEST(OffMotion, OneKeyframeOrTwoInARowFarFromTheMotionOfTheOthers) {
