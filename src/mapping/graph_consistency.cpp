@@ -253,8 +253,7 @@ InconsistentSegment most_inconsistent(const std::vector<const Keyframe*>& in_tim
                                       const std::vector<EdgeConsistency>& edges,
                                       const GraphConsistencyOptions& options) {
   const auto count = static_cast<int>(in_time.size());
-  std::map<KeyframeId, int> place;
-  for (int k = 0; k < count; ++k) place[in_time[k]->id] = k;
+  const std::map<KeyframeId, int> place = places_in_time(in_time);
   std::vector<std::vector<std::pair<int, const EdgeConsistency*>>> neighbors(count);
   for (const EdgeConsistency& edge : edges) {
     const auto a = place.find(edge.first), b = place.find(edge.second);

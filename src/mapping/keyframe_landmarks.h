@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -96,6 +97,23 @@ inline std::vector<const Keyframe*> keyframes_in_time(const Map& map) {
   std::sort(in_time.begin(), in_time.end(),
             [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
   return in_time;
+}
+
+// The place of each keyframe in the order of time.
+inline std::map<KeyframeId, int> places_in_time(const std::vector<const Keyframe*>& in_time) {
+  std::map<KeyframeId, int> places;
+  for (std::size_t k = 0; k < in_time.size(); ++k) places[in_time[k]->id] = static_cast<int>(k);
+  return places;
+}
+
+// Length of the path from the first keyframe to each, map units; at least one entry, which is 0.
+inline std::vector<double> path_lengths(const std::vector<const Keyframe*>& in_time) {
+  std::vector<double> lengths = {0};
+  for (std::size_t k = 1; k < in_time.size(); ++k) {
+    lengths.push_back(lengths.back() +
+                      (in_time[k]->center_in_map() - in_time[k - 1]->center_in_map()).norm());
+  }
+  return lengths;
 }
 
 }  // namespace mono_pose_tracker

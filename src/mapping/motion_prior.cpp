@@ -51,14 +51,10 @@ class Gate {
  public:
   explicit Gate(const Keyframes& in_time)
       : p_value_(kMotionPrior.significance / static_cast<double>(in_time.size())) {
-    double length = 0;
     std::vector<double> values;
-    for (std::size_t k = 0; k + 1 < in_time.size(); ++k) {
-      length += (in_time[k + 1]->center_in_map() - in_time[k]->center_in_map()).norm();
-      if (k + 2 < in_time.size())
-        values.push_back(acceleration_of(*in_time[k], *in_time[k + 1], *in_time[k + 2]).value);
-    }
-    least_deviation_ = 3 * kMotionPrior.max_path_sigma * length;
+    for (std::size_t k = 0; k + 2 < in_time.size(); ++k)
+      values.push_back(acceleration_of(*in_time[k], *in_time[k + 1], *in_time[k + 2]).value);
+    least_deviation_ = 3 * kMotionPrior.max_path_sigma * path_lengths(in_time).back();
     variance_ = variance_of_median_square(std::pow(median(std::move(values)), 2));
   }
 

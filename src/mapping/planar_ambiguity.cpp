@@ -27,14 +27,13 @@ struct KeyframePair {
 // The keyframes farthest apart in time with enough common landmarks.
 std::optional<KeyframePair> farthest_pair(const Map& map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
-  std::map<KeyframeId, std::size_t> place;
-  for (std::size_t i = 0; i < in_time.size(); ++i) place[in_time[i]->id] = i;
+  const std::map<KeyframeId, int> place = places_in_time(in_time);
   std::optional<KeyframePair> farthest;
   std::size_t apart = 0;
   for (std::size_t i = 0; i < in_time.size(); ++i) {
     for (const auto& [other, shared] : map.covisible(in_time[i]->id)) {
       if (shared < kAlternativeMaps.min_shared) break;  // most first
-      const std::size_t j = place[other];
+      const auto j = static_cast<std::size_t>(place.at(other));
       if (j <= i + apart) continue;
       apart = j - i;
       farthest = KeyframePair{in_time[i], in_time[j]};

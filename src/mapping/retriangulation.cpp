@@ -104,12 +104,9 @@ LandmarkId landmark_of(const Map& map, const std::vector<const Keyframe*>& in_ti
 FeatureTracks graph_tracks(const Map& map, const std::vector<EdgeConsistency>& edges, const ViewGraph& graph,
                            const IsExcluded& is_excluded) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
-  std::map<KeyframeId, int> place;
+  const std::map<KeyframeId, int> place = places_in_time(in_time);
   std::vector<int> features;
-  for (const Keyframe* keyframe : in_time) {
-    place[keyframe->id] = static_cast<int>(features.size());
-    features.push_back(keyframe->image->size());
-  }
+  for (const Keyframe* keyframe : in_time) features.push_back(keyframe->image->size());
   std::vector<const EdgeConsistency*> strongest_first;
   for (const EdgeConsistency& edge : edges) {
     if (2 * edge.explained >= edge.matches) strongest_first.push_back(&edge);

@@ -15,14 +15,6 @@ namespace {
 
 using Keyframes = std::vector<const Keyframe*>;
 
-double length_of(const Keyframes& in_time) {
-  double length = 0;
-  for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    length += (in_time[i + 1]->center_in_map() - in_time[i]->center_in_map()).norm();
-  }
-  return length;
-}
-
 double extent_of(const Keyframes& keyframes) {
   const auto count = static_cast<double>(keyframes.size());
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -52,7 +44,7 @@ double PathPrecision::share() const {
 PathPrecision path_precision(const Map& map, std::size_t most_keyframes) {
   const Keyframes in_time = keyframes_in_time(map);
   const std::size_t parts = (in_time.size() + most_keyframes - 1) / most_keyframes;
-  PathPrecision path{0, length_of(in_time), extent_of(in_time), weakest_scale_cut(map)};
+  PathPrecision path{0, path_lengths(in_time).back(), extent_of(in_time), weakest_scale_cut(map)};
   for (std::size_t part = 0; part < parts; ++part) {
     const auto at = [&](std::size_t i) {
       return in_time.begin() + static_cast<std::ptrdiff_t>(i * in_time.size() / parts);

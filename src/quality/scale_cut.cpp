@@ -46,22 +46,12 @@ std::vector<double> depth_variances(const std::vector<Ray>& rays) {
   return variances;
 }
 
-std::vector<double> path_lengths(const std::vector<const Keyframe*>& in_time) {
-  std::vector<double> lengths = {0};
-  for (std::size_t k = 1; k < in_time.size(); ++k) {
-    lengths.push_back(lengths.back() +
-                      (in_time[k]->center_in_map() - in_time[k - 1]->center_in_map()).norm());
-  }
-  return lengths;
-}
-
 }  // namespace
 
 ScaleCut weakest_scale_cut(const Map& map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   if (in_time.size() < 4) return {};
-  std::map<KeyframeId, int> place;
-  for (std::size_t k = 0; k < in_time.size(); ++k) place[in_time[k]->id] = static_cast<int>(k);
+  const std::map<KeyframeId, int> place = places_in_time(in_time);
   // Changes from one cut to the next; cut k lies before keyframe k.
   std::vector<double> information(in_time.size() + 1, 0);
   std::vector<int> landmarks(in_time.size() + 1, 0);

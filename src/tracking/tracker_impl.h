@@ -15,7 +15,6 @@
 #include "innovation_gate.h"
 #include "keyframe_policy.h"
 #include "map/frame_poses.h"
-#include "mapping/alternative_map.h"
 #include "mapping/mapping_worker.h"
 #include "mapping/static_background.h"
 #include "mono_pose_tracker/tracking/tracker.h"
