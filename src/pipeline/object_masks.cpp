@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <iterator>
-#include <set>
 #include <utility>
 
 #include "common/statistics.h"
+#include "mapping/keyframe_landmarks.h"
 
 namespace mono_pose_tracker {
 
@@ -22,23 +22,17 @@ std::vector<MotionTrack> outvoted(const std::vector<MotionTrack>& tracks, std::s
 }
 
 // Landmarks of the nearest keyframes.
-std::set<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map,
-                                    std::size_t keyframes) {
-  std::vector<std::pair<double, const Keyframe*>> near;
+std::vector<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map,
+                                       std::size_t keyframes) {
+  std::vector<std::pair<double, KeyframeId>> near;
   for (const auto& entry : map.keyframes()) {
-    near.emplace_back((entry.second.center_in_map() - center_in_map).norm(), &entry.second);
+    near.emplace_back((entry.second.center_in_map() - center_in_map).norm(), entry.first);
   }
   const auto last = near.begin() + static_cast<std::ptrdiff_t>(std::min(keyframes, near.size()));
-  std::partial_sort(near.begin(), last, near.end(), [](const auto& a, const auto& b) {
-    return a.first < b.first || (a.first == b.first && a.second->id < b.second->id);
-  });
-  std::set<LandmarkId> landmarks;
-  for (auto k = near.begin(); k != last; ++k) {
-    for (const LandmarkId l : k->second->landmark_of_feature) {
-      if (l != kNoLandmark) landmarks.insert(l);
-    }
-  }
-  return landmarks;
+  std::partial_sort(near.begin(), last, near.end());
+  std::vector<KeyframeId> nearest;
+  for (auto k = near.begin(); k != last; ++k) nearest.push_back(k->second);
+  return landmarks_observed_by(map, nearest);
 }
 
 }  // namespace

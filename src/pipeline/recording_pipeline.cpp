@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "mapping/keyframe_landmarks.h"
 #include "mapping/static_background.h"
 #include "object_masks.h"
 #include "recording_reader.h"
@@ -28,11 +29,7 @@ std::shared_ptr<const ObjectMasks> masks_of_other_object(const TrackedRecording&
 
 // Number of landmark observations in all images of the first map.
 double observations_of(const RecordingResult& result) {
-  std::size_t count = 0;
-  for (const auto& entry : result.maps.front().map.landmarks()) {
-    count += entry.second.observations.size();
-  }
-  return static_cast<double>(count);
+  return static_cast<double>(count_observations(result.maps.front().map));
 }
 
 // With three objects the map may be of two at once, so most of the images must show it; half of them where
