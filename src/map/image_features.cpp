@@ -86,8 +86,7 @@ ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec
   return result;
 }
 
-ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags, int width,
-                                 int height) {
+ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags) {
   auto result = std::make_shared<ImageFeatures>();
   result->camera = image.camera;
   result->set.descriptors.create(0, image.set.descriptors.cols, image.set.descriptors.type());
@@ -100,7 +99,7 @@ ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<c
     result->sigma_px.push_back(image.sigma_px[i]);
     result->color_rgb.push_back(image.color_rgb[i]);
   }
-  result->grid = FeatureGrid(result->set, width, height);
+  result->grid = FeatureGrid(result->set, image.camera.width(), image.camera.height());
   return result;
 }
 

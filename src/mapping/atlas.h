@@ -12,11 +12,10 @@
 #include <vector>
 
 #include "map/tracking_map.h"
-#include "mapping/initial_map.h"
-#include "mapping/keyframe_candidate.h"
 #include "mapping/loop_closer.h"
 #include "mapping/map_joiner.h"
 #include "mapping/map_motions.h"
+#include "mapping/mapper_input.h"
 #include "mapping/place_index.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"

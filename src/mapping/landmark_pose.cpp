@@ -37,7 +37,7 @@ GuidedPose refine_by_guided_matching(const std::vector<LandmarkCandidate>& candi
   pose.camera_from_map = camera_from_map;
   pose.is_steady = true;
   for (int round = 0; round < 2; ++round) {
-    pose.matches = match_by_projection(candidates, image, image.camera, pose.camera_from_map, options);
+    pose.matches = match_by_projection(candidates, image, pose.camera_from_map, options);
     const LandmarkObservations visible = observations_by(image, candidates, pose.matches);
     const MotionRefinementReport refined =
         refine_absolute_pose(visible.bearings, visible.points, visible.sigmas, pose.camera_from_map, {});
@@ -97,7 +97,6 @@ bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& 
 
 Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image,
                 const std::unordered_set<LandmarkId>& excluded) {
-  const CameraModel& camera = image.camera;
   Location location;
   const AbsolutePoseReport pose = pose_by_descriptors(options, candidates_of(map, {place}, excluded), image);
   if (!pose.success) return location;
@@ -110,8 +109,8 @@ Location locate(const MapperOptions& options, const Map& map, KeyframeId place, 
   if (!refine(options, candidates, image, &location)) return location;
   std::vector<int> inliers;
   for (const auto& match : location.matches) inliers.push_back(match.first);
-  const ExpectedFinds in_map = expected_finds(candidates, camera, location.camera_from_map, {});
-  location.support = pose_support(image, camera.width(), camera.height(), inliers, in_map);
+  const ExpectedFinds in_map = expected_finds(candidates, image.camera, location.camera_from_map, {});
+  location.support = pose_support(image, inliers, in_map);
   location.found = is_supported(location.support, options.min_inliers);
   return location;
 }

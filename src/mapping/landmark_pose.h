@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "mapping/pose_support.h"
 #include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/features/matching.h"
@@ -64,7 +63,7 @@ struct Location {
 };
 
 /// Registers an image at one place of a map (a keyframe and its covisible keyframes): descriptor matching,
-/// P3P RANSAC, guided matching, refinement. `found` means that the pose is supported (pose_support.h);
+/// P3P RANSAC, guided matching, refinement. `found` means that the pose is supported (is_supported);
 /// callers should require a second consistent view. excluded: landmarks that are not used.
 Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image,
                 const std::unordered_set<LandmarkId>& excluded = {});

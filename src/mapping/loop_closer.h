@@ -12,7 +12,7 @@
 #include "map/tracking_map.h"
 #include "mapping/aliased_places.h"
 #include "mapping/place_index.h"
-#include "mapping/pose_support.h"
+#include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/map/map.h"

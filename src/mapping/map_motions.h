@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "map/tracking_map.h"
-#include "mapping/initial_map.h"
+#include "mapping/mapper_input.h"
 #include "mapping/motion_segmentation.h"
 #include "mapping/static_background.h"
 #include "mapping/static_overlay.h"

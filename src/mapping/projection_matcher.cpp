@@ -72,10 +72,9 @@ double known_again(double angle, double sigma) { return std::exp(-0.5 * angle * 
 }  // namespace
 
 std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandidate>& candidates,
-                                               const ImageFeatures& image, const CameraModel& camera,
-                                               const Rigid3& camera_from_map,
+                                               const ImageFeatures& image, const Rigid3& camera_from_map,
                                                const ProjectionMatchOptions& options) {
-  const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
+  const Visibility visibility(image.camera, camera_from_map, options.max_view_angle_deg);
   const double min_ratio2 = options.min_ratio * options.min_ratio;
   std::vector<LandmarkMatch> claim(image.size());  // of each feature
   for (std::size_t i = 0; i < candidates.size() && !is_set(options.cancelled); ++i) {
@@ -193,5 +192,47 @@ std::vector<LandmarkCandidate> unobserved_in_view(const Map& map, const Keyframe
   std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
   return candidates;
 }
+
+namespace {
+
+constexpr PoseSupportOptions kSupport{};
+
+constexpr int kColumns = 8, kRows = 6;
+
+int cell_of(const ImageFeatures& image, int feature) {
+  const Eigen::Vector2f& pixel = image.set.features[feature].pixel;
+  const int column =
+      std::clamp(static_cast<int>(kColumns * pixel.x() / image.camera.width()), 0, kColumns - 1);
+  const int row = std::clamp(static_cast<int>(kRows * pixel.y() / image.camera.height()), 0, kRows - 1);
+  return row * kColumns + column;
+}
+
+}  // namespace
+
+PoseSupport pose_support(const ImageFeatures& image, const std::vector<int>& inliers,
+                         const ExpectedFinds& in_map) {
+  std::vector<char> any(kColumns * kRows), held(kColumns * kRows);
+  for (int f = 0; f < image.size(); ++f) any[cell_of(image, f)] = 1;
+  for (const int f : inliers) held[cell_of(image, f)] = 1;
+  PoseSupport support;
+  support.found = static_cast<int>(inliers.size());
+  support.features = image.size();
+  support.in_map = in_map;
+  const auto cells = std::count(any.begin(), any.end(), 1);
+  if (cells > 0) support.spread = static_cast<double>(std::count(held.begin(), held.end(), 1)) / cells;
+  return support;
+}
+
+bool is_supported(const PoseSupport& support, int min_inliers) {
+  const double most = std::max(support.features, kSupport.few_features), expected = support.in_map.expected;
+  if (support.found < min_inliers || expected < min_inliers || support.spread < kSupport.min_spread)
+    return false;
+  const bool is_as_from_near =
+      support.found >= kSupport.min_found_from_near * std::min<double>(support.in_map.in_view, most);
+  return support.found >= kSupport.min_found * std::min(expected, most) &&
+         (is_as_from_near || support.found <= kSupport.max_oblique_excess * expected);
+}
+
+bool is_confined_to_corner(const PoseSupport& support) { return support.spread < kSupport.corner; }
 
 }  // namespace mono_pose_tracker

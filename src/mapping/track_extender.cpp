@@ -21,8 +21,8 @@ void TrackExtender::extend(KeyframeId target, const std::optional<std::vector<La
       unobserved_in_view(map_, keyframe, landmarks, guided.radius_px);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.ransac.cancelled;
-  for (const LandmarkMatch& m : match_by_projection(candidates, *keyframe.image, keyframe.image->camera,
-                                                    keyframe.camera_from_map, guided)) {
+  for (const LandmarkMatch& m :
+       match_by_projection(candidates, *keyframe.image, keyframe.camera_from_map, guided)) {
     if (is_flagged(excluded_, target, m.feature)) continue;
     const LandmarkId l = candidates[m.candidate].id;
     const LandmarkId held = keyframe.landmark_of_feature[m.feature];

@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mapping/initial_map.h"
 #include "mapping/mapper.h"
+#include "mapping/mapper_input.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "optimization/map_adjustment.h"

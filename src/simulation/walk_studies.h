@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "mapping/initial_map.h"
+#include "mapping/mapper_input.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "simulation/feature_walk.h"
 

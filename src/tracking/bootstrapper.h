@@ -7,7 +7,7 @@
 
 #include "common/rotation.h"
 #include "map/frame.h"
-#include "mapping/initial_map.h"
+#include "mapping/mapper_input.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/status.h"

@@ -20,8 +20,7 @@ void Bootstrapper::keep_masked_features(const std::vector<int>& moved_of_referen
     if (i >= 0) moved.emplace_back(image.set.features[i].pixel.x(), image.set.features[i].pixel.y());
   }
   candidate->frame.keep_masked_features(
-      select_features(image, features_of_object(image, moved, still_, options_.cancelled), camera_.width(),
-                      camera_.height()));
+      select_features(image, features_of_object(image, moved, still_, options_.cancelled)));
 }
 
 // Excludes the background's features from now on.

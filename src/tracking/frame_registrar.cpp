@@ -164,8 +164,8 @@ void FrameRegistrar::refine(const Frame& frame, const std::vector<LandmarkCandid
   report->rms_px = std::sqrt(sum / inliers.size());
   std::vector<int> features;
   for (const LandmarkMatch& m : inliers) features.push_back(m.feature);
-  report->support = pose_support(*frame.image, camera_.width(), camera_.height(), features,
-                                 expected_finds(candidates, camera_, report->camera_from_map, {}));
+  report->support =
+      pose_support(*frame.image, features, expected_finds(candidates, camera_, report->camera_from_map, {}));
 }
 
 RegistrationReport FrameRegistrar::by_prediction(const Frame& frame,
@@ -177,7 +177,7 @@ RegistrationReport FrameRegistrar::by_prediction(const Frame& frame,
   guided.cancelled = options_.cancelled;
   guided.min_ratio = limits_.ratio_where_expected;
   return pose_from_matches(frame, candidates,
-                           match_by_projection(candidates, *frame.image, camera_, predicted, guided));
+                           match_by_projection(candidates, *frame.image, predicted, guided));
 }
 
 RegistrationReport FrameRegistrar::by_descriptors(const Frame& frame,

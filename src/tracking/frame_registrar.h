@@ -7,7 +7,6 @@
 #include "map/frame.h"
 #include "map/tracking_map.h"
 #include "mapping/aliased_places.h"
-#include "mapping/pose_support.h"
 #include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/status.h"
@@ -63,7 +62,7 @@ class FrameRegistrar {
                                     const std::optional<Rigid3>& predicted_camera_from_map) const;
 
   /// Registers against keyframes anywhere in the map, by descriptors alone: the `budget` most similar ones. A
-  /// success is supported (pose_support.h) and not ambiguous; callers should require a second consistent
+  /// success is supported (is_supported) and not ambiguous; callers should require a second consistent
   /// view.
   RegistrationReport relocalize(const Frame& frame, const TrackingMap& map, int budget) const;
 

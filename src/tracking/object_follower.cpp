@@ -8,7 +8,7 @@
 
 namespace mono_pose_tracker {
 
-bool ObjectFollower::follow(const CameraModel& camera, const TrackerOptions& options, Frame* frame) {
+bool ObjectFollower::follow(const TrackerOptions& options, Frame* frame) {
   known_.assign(frame->image->size(), FeatureMotion::kUnknown);
   for (const Match& m :
        match_descriptors(last_.image->set.descriptors, frame->image->set.descriptors, options.matching)) {
@@ -16,18 +16,17 @@ bool ObjectFollower::follow(const CameraModel& camera, const TrackerOptions& opt
   }
   const std::vector<cv::Point2f> turning = known_pixels(*frame->image, FeatureMotion::kTurns);
   if (turning.size() < options_.min_features) return false;
-  *frame = settle(camera, *frame, turning);
+  *frame = settle(*frame, turning);
   return true;
 }
 
-Frame ObjectFollower::settle(const CameraModel& camera, const Frame& frame,
-                             const std::vector<cv::Point2f>& inliers) {
+Frame ObjectFollower::settle(const Frame& frame, const std::vector<cv::Point2f>& inliers) {
   divide(frame.image, inliers);
   std::vector<char> turns;
   for (const FeatureMotion side : last_.sides) turns.push_back(side == FeatureMotion::kTurns);
   Frame of_object = frame;
   of_object.unmasked = frame.image;
-  of_object.keep_masked_features(select_features(*frame.image, turns, camera.width(), camera.height()));
+  of_object.keep_masked_features(select_features(*frame.image, turns));
   return of_object;
 }
 

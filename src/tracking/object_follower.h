@@ -6,7 +6,6 @@
 
 #include "map/frame.h"
 #include "map/tracking_map.h"
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
@@ -24,13 +23,13 @@ class ObjectFollower {
 
   // Reduces the frame to the object's features: those nearer to matched features of the object than to ones
   // that move independently. Returns false and keeps all features where too few of the object's are found.
-  bool follow(const CameraModel& camera, const TrackerOptions& options, Frame* frame);
+  bool follow(const TrackerOptions& options, Frame* frame);
 
   // The last followed frame was registered by features at these pixels: they belong to the object.
   void settle(const std::vector<cv::Point2f>& inliers);
   // The same for a frame that was registered by all of its features. Returns the frame reduced to the
   // object's features.
-  Frame settle(const CameraModel& camera, const Frame& frame, const std::vector<cv::Point2f>& inliers);
+  Frame settle(const Frame& frame, const std::vector<cv::Point2f>& inliers);
 
  private:
   std::vector<cv::Point2f> known_pixels(const ImageFeatures& image, FeatureMotion side) const;

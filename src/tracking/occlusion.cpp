@@ -83,7 +83,7 @@ void exclude_occluders(const TrackingMap& map, const CameraModel& camera, const 
   std::vector<int> new_index(flags.size());
   int kept = 0;
   for (std::size_t i = 0; i < flags.size(); ++i) new_index[i] = flags[i] ? kept++ : -1;
-  candidate->frame.image = select_features(image, flags, camera.width(), camera.height());
+  candidate->frame.image = select_features(image, flags);
   for (FrameObservation& o : candidate->observations) o.feature = new_index[o.feature];
 }
 

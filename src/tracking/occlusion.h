@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "map/tracking_map.h"
-#include "mapping/keyframe_candidate.h"
+#include "mapping/mapper_input.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/image_features.h"
 

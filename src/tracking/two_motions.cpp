@@ -6,7 +6,7 @@
 
 #include "common/statistics.h"
 #include "geometry/essential.h"
-#include "mapping/image_sides.h"
+#include "mapping/static_background.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 

@@ -139,7 +139,7 @@ Keyframe keyframe_of(KnownScene& scene, int view, Wanted wanted) {
   Keyframe result = keyframe(scene, view);
   std::vector<char> flags;
   for (const int point : scene.point_of[view]) flags.push_back(wanted(point) ? 1 : 0);
-  result.image = select_features(*result.image, flags, scene.camera.width(), scene.camera.height());
+  result.image = select_features(*result.image, flags);
   result.landmark_of_feature.assign(result.image->size(), kNoLandmark);
   std::vector<int>& points = scene.point_of[view];
   points.erase(std::remove_if(points.begin(), points.end(), [&](int p) { return !wanted(p); }), points.end());

@@ -5,8 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "mapping/initial_map.h"
-#include "mapping/keyframe_candidate.h"
+#include "mapping/mapper_input.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

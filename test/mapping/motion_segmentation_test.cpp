@@ -146,7 +146,7 @@ TEST_F(IndependentMotionTest, FeaturesTheMapExcludedAreSeen) {
     std::vector<char> is_room(k.image->size(), 1);
     std::fill_n(is_room.begin(), head_features(static_cast<int>(id)), 0);
     without_head.add_keyframe(k.frame_index, k.stamp_ns, k.camera_from_map,
-                              select_features(*k.image, is_room, camera().width(), camera().height()));
+                              select_features(*k.image, is_room));
     seen.push_back({k.frame_index, k.camera_from_map, k.image});
   }
   EXPECT_FALSE(find(without_head).exists());

@@ -1,8 +1,10 @@
-#include "mapping/pose_support.h"
+#include "mapping/projection_matcher.h"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
+
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -12,6 +14,7 @@ constexpr int kWidth = 640, kHeight = 480, kMinInliers = 15;
 // A feature each 20 px, row by row.
 ImageFeatures grid() {
   ImageFeatures image;
+  image.camera = synthetic_camera();
   for (int y = 10; y < kHeight; y += 20) {
     for (int x = 10; x < kWidth; x += 20) {
       Feature feature;
@@ -30,14 +33,14 @@ PoseSupport one_in(int n, const ExpectedFinds& in_map) {
   const ImageFeatures image = grid();
   std::vector<int> inliers;
   for (int f = 0; f < image.size(); f += n) inliers.push_back(f);
-  return pose_support(image, kWidth, kHeight, inliers, in_map);
+  return pose_support(image, inliers, in_map);
 }
 
 // The inliers are in the first rows.
 PoseSupport first_rows(int rows) {
   std::vector<int> inliers(static_cast<std::size_t>(rows) * kWidth / 20);
   std::iota(inliers.begin(), inliers.end(), 0);
-  return pose_support(grid(), kWidth, kHeight, inliers, near(static_cast<double>(inliers.size())));
+  return pose_support(grid(), inliers, near(static_cast<double>(inliers.size())));
 }
 
 TEST(PoseSupport, OneOfFourThatAreToBeExpectedIsEnoughOneOfSevenIsNot) {
@@ -80,7 +83,7 @@ TEST(PoseSupport, APartOfTheImageIsNoneHoweverManyItHolds) {
 
 TEST(PoseSupport, HangsInACorner) {
   const ImageFeatures image = grid();
-  EXPECT_TRUE(is_confined_to_corner(pose_support(image, kWidth, kHeight, {0, 1, 2, 3, 4, 5}, near(6))));
+  EXPECT_TRUE(is_confined_to_corner(pose_support(image, {0, 1, 2, 3, 4, 5}, near(6))));
   EXPECT_FALSE(is_confined_to_corner(first_rows(4))) << "a sixth of the image";
 }
 

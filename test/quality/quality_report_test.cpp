@@ -7,7 +7,6 @@
 
 #include "common/rotation.h"
 #include "quality/path_precision.h"
-#include "quality/scale_cut.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

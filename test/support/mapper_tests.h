@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "mapping/keyframe_candidate.h"
+#include "mapping/mapper_input.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "tracking/frame_registrar.h"

@@ -49,7 +49,7 @@ TEST_F(ObjectFollowerTest, KeepsTheObjectsFeaturesFromImageToImage) {
   for (int k = 1; k < kKeyframes; ++k) {
     ASSERT_GT(room_features(k), 40);
     Frame of_object = frame(k);
-    ASSERT_TRUE(follower_.follow(camera(), TrackerOptions(), &of_object));
+    ASSERT_TRUE(follower_.follow(TrackerOptions(), &of_object));
     EXPECT_TRUE(of_object.is_masked);
     const auto [of_head, of_room] = kept(of_object, k);
     EXPECT_GT(of_head, 0.9 * head_features(k)) << k;
@@ -67,7 +67,7 @@ TEST_F(ObjectFollowerTest, WhatIsOutOfViewIsNotFollowed) {
   auto changed = std::make_shared<ImageFeatures>(*frame.image);
   changed->set.descriptors = other;
   frame.image = changed;
-  EXPECT_FALSE(follower_.follow(camera(), TrackerOptions(), &frame));
+  EXPECT_FALSE(follower_.follow(TrackerOptions(), &frame));
   EXPECT_EQ(frame.image, changed);
   EXPECT_FALSE(frame.is_masked);
 }
@@ -79,7 +79,7 @@ TEST_F(ObjectFollowerTest, TheRegisteredFeaturesAreTheObject) {
   ObjectFollower follower(wrong);
   Frame of_object = frame(1);
   of_object.is_mask_given = true;
-  ASSERT_TRUE(follower.follow(camera(), TrackerOptions(), &of_object));
+  ASSERT_TRUE(follower.follow(TrackerOptions(), &of_object));
   EXPECT_FALSE(of_object.is_mask_given) << "it was cut down to what was found";
   EXPECT_LT(kept(of_object, 1).first, 0.5 * head_features(1));
   std::vector<cv::Point2f> inliers;
@@ -87,7 +87,7 @@ TEST_F(ObjectFollowerTest, TheRegisteredFeaturesAreTheObject) {
     const Eigen::Vector2f& pixel = frame(1).image->set.features[f].pixel;
     inliers.emplace_back(pixel.x(), pixel.y());
   }
-  const auto [of_head, of_room] = kept(follower.settle(camera(), frame(1), inliers), 1);
+  const auto [of_head, of_room] = kept(follower.settle(frame(1), inliers), 1);
   EXPECT_EQ(of_head, head_features(1));
   EXPECT_LT(of_room, 0.1 * room_features(1));
 }

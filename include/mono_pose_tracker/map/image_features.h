@@ -36,8 +36,7 @@ ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, 
 ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec3b> color_rgb,
                                         const CameraModel& camera);
 /// The features with a non-zero flag, in the same order.
-ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags, int width,
-                                 int height);
+ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags);
 
 /// Reprojection error in px of a point against feature i, to first order in the error; 1e6 px when it is
 /// behind.

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "map/frame.h"
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
 
@@ -24,6 +26,17 @@ struct InitialMap {
   };
   std::vector<View> views;  // by stamp; the newest is the frame added last
   std::vector<Point> points;
+};
+
+/// A registered frame that is to become a keyframe of a map. Its pose is relative to a keyframe, which may be
+/// corrected meanwhile.
+struct KeyframeCandidate {
+  std::uint32_t map_id = 0;
+  Frame frame;
+  KeyframeId reference = -1;
+  Rigid3 camera_from_reference;
+  std::vector<FrameObservation> observations;
+  std::uint64_t corrections = 0;  // sequence of the last MapCorrection applied to its ids and lengths
 };
 
 }  // namespace mono_pose_tracker
