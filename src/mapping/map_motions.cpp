@@ -66,7 +66,7 @@ void MapMotions::separate(const MapperOptions& options, int partners, KeyframeId
     const RegisteredImage before = registered_image(first), newest = registered_image(second);
     const PairMotions pair = compare_motions(before, newest, motion_options(options));
     // Each pair once; the first views of a map are compared with later ones as well.
-    if (options.watches_motions && partner < id) watch_pair(options, first, second, &pair);
+    if (options.is_live && partner < id) watch_pair(options, first, second, &pair);
     const SecondMotion other = second_motion_in(pair, *before.image, *newest.image);
     if (other.of_first.empty() || is_most_of(first, other.of_first)) continue;
     exclude(partner, other.of_first, map);
@@ -101,7 +101,7 @@ void MapMotions::watch_background(const MapperOptions& options, const Frame& new
 }
 
 void MapMotions::watch_object(const MapperOptions& options, const Map& map) {
-  if (!options.watches_motions || options.separates_motions || map.keyframes().size() < 2) return;
+  if (!options.is_live || options.separates_motions || map.keyframes().size() < 2) return;
   const auto newest = std::prev(map.keyframes().end());
   watch_pair(options, std::prev(newest)->second, newest->second, nullptr);
 }

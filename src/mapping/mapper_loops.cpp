@@ -47,7 +47,7 @@ std::shared_ptr<const MergedAdjustment> merge_and_adjust(const MapperOptions& op
   Map merged = snapshot;
   std::vector<SharedTrack> tracks;
   ViewGraph graph(view_graph_options(options));
-  if (options.adjusts_all)
+  if (options.is_live)
     tracks =
         match_across_views(options, overlapping_pairs(options.bundle, merged, merged_up_to), &graph, &merged);
   while (true) {
@@ -156,7 +156,7 @@ bool Mapper::fuse_loop(const LoopConstraint& loop) {
 // At each tenth of growth: the total cost is then about ten times that of the last adjustment, for any map
 // size.
 void Mapper::adjust_now_and_then() {
-  if (!options_.adjusts_all || background_.closing || background_.adjusting) return;
+  if (!options_.is_live || background_.closing || background_.adjusting) return;
   const auto keyframes = static_cast<int>(map().keyframes().size());
   const int window = options_.mapping.window_keyframes;
   if (keyframes <= 2 * window) return;  // adjusted completely with every keyframe

@@ -18,7 +18,7 @@ MapperOptions unhurried(MapperOptions options) {
   options.mapping.bundle_seconds = std::numeric_limits<double>::max();
   options.mapping.window_landmarks = std::numeric_limits<int>::max();
   options.mapping.max_keyframes = 0;
-  options.watches_motions = options.tells_background = options.adjusts_all = false;
+  options.is_live = options.tells_background = false;
   return options;
 }
 
@@ -66,7 +66,7 @@ void MappingWorker::ask(const std::function<void(const Mapper&)>& question) {
 }
 
 bool MappingWorker::offer(Work work, std::function<void()> done) {
-  return post_if([this] { return !busy_ && jobs_.empty(); }, {std::move(work), 0, std::move(done)});
+  return post({std::move(work), 0, std::move(done)}, [this] { return !busy_ && jobs_.empty(); });
 }
 
 // The keyframe is published before the loop search.
@@ -77,8 +77,8 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
     lock.unlock();
     mapper.insert(candidate, waiting);
   };
-  return post_if([this] { return keyframes_waiting() < limits_.most_waiting; },
-                 {insert, 0, [this] { seek(); }, true});
+  return post({insert, 0, [this] { seek(); }, true},
+              [this] { return keyframes_waiting() < limits_.most_waiting; });
 }
 
 void MappingWorker::seek() {
@@ -158,24 +158,22 @@ void MappingWorker::publish_mapper() {
   if (map && map->epoch == epoch_) latest_.swap(map);
 }
 
-bool MappingWorker::post_if(const std::function<bool()>& has_room, Job job) {
+bool MappingWorker::post(Job job, const std::function<bool()>& has_room) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    rethrow_error();
-    if (!has_room()) return false;
-  }
-  post(std::move(job));
-  return true;
-}
-
-void MappingWorker::post(Job job) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    if (has_room) {
+      rethrow_error();
+      if (!has_room()) return false;
+    }
     job.epoch = epoch_;
     if (threaded_) jobs_.push_back(std::move(job));
   }
-  if (!threaded_) return run_job(job);
-  wake_.notify_one();
+  if (threaded_) {
+    wake_.notify_one();
+  } else {
+    run_job(job);
+  }
+  return true;
 }
 
 void MappingWorker::run() {

@@ -89,8 +89,8 @@ class MappingWorker {
   };
 
   void drop_jobs(std::uint32_t epoch);
-  void post(Job job);
-  bool post_if(const std::function<bool()>& has_room, Job job);
+  /// has_room: asked with the mutex held, after an earlier job's error was thrown; empty: always.
+  bool post(Job job, const std::function<bool()>& has_room = {});
   void wait_until_idle(bool in_background);
   void rethrow_error();
   void stop();  // and wait for both threads

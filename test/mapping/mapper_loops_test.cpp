@@ -31,11 +31,11 @@ class MapperLoopsTest : public testing::Test {
   }
 
   // With loop closing alone, or as live, with a global adjustment now and then.
-  void begin(bool threaded, bool adjusts_all = false) {
+  void begin(bool threaded, bool is_live = false) {
     // Without a time limit: on a busy machine the map would drift more than loops are searched for.
     options_.mapping.bundle_seconds = 1e6;
     MapperOptions options = with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); });
-    options.adjusts_all = adjusts_all;
+    options.is_live = is_live;
     worker_ = std::make_unique<MappingWorker>(options, threaded,
                                               [this] { mapping_thread_ = std::this_thread::get_id(); });
     const InitialMap initial = true_beginning(walk_, camera_, kLoopNoise, random_);
@@ -178,18 +178,18 @@ double unadjusted(const Map& map) {
 
 TEST_F(MapperLoopsTest, WhatHasDriftedIsAdjustedNowAndThen) {
   double off[2];
-  for (const bool adjusts_all : {false, true}) {
+  for (const bool is_live : {false, true}) {
     random_ = Random(5);
-    begin(true, adjusts_all);
+    begin(true, is_live);
     // Three quarters of the path, without any loop.
     for (int i = 2; i < 3 * frames() / 4; ++i) {
       ASSERT_TRUE(insert(i));
       worker_->wait();
     }
-    EXPECT_EQ(worker_->latest()->corrections.empty(), !adjusts_all);
+    EXPECT_EQ(worker_->latest()->corrections.empty(), !is_live);
     EXPECT_TRUE(worker_->mapper().loops().empty());
     worker_->mapper().map().check();
-    off[adjusts_all] = unadjusted(worker_->mapper().map());
+    off[is_live] = unadjusted(worker_->mapper().map());
   }
   EXPECT_LT(off[true], 0.5 * off[false]);
 }

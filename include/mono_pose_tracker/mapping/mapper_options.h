@@ -53,10 +53,10 @@ struct MapperOptions {
   BundleOptions bundle;
   RansacOptions ransac;            // threshold in radians
   int min_inliers = 15;            // of a pose that connects two keyframes
-  bool watches_motions = true;     // live; a recording is checked as a whole when it ends
+  bool is_live = true;             // the motions in view are watched, and the whole map is adjusted now and
+                                   // then, in the background; a recording is checked and adjusted at its end
   bool separates_motions = false;  // excludes independently moving features
   bool tells_background = true;    // live; separates a static background where no mask does
-  bool adjusts_all = true;         // live, now and then, in the background; a recording at its end
   int threads = 1;                 // the result is the same for any number
 
   /// Options of a windowed bundle adjustment, which has a time budget.
