@@ -105,9 +105,7 @@ void StaticSegmentation::match(int apart) {
   }
   std::vector<std::vector<Match>> matched(unknown.size());
   parallel_for(static_cast<int>(unknown.size()), options_.threads, [&](int u) {
-    const SeenImage &first = images_[unknown[u]], &second = images_[unknown[u] + apart];
-    matched[u] = raw_matches(graph_, {first.frame_index, first.image}, {second.frame_index, second.image},
-                             options_.matching);
+    matched[u] = raw_matches(graph_, images_[unknown[u]], images_[unknown[u] + apart], options_.matching);
   });
   for (std::size_t u = 0; u < unknown.size(); ++u)
     matches_[{unknown[u], unknown[u] + apart}] = std::move(matched[u]);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -12,12 +11,6 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {
-
-/// An image of a recording.
-struct SeenImage {
-  std::int64_t frame_index = 0;
-  ImageFeaturesPtr image;
-};
 
 /// Features that keep their pixel in the images of a recording while other features move: the room behind a
 /// head that rotates in front of a fixed camera. The moving object is then the one to be mapped.

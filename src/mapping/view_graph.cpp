@@ -1,6 +1,7 @@
 #include "mapping/view_graph.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/threads.h"
@@ -47,21 +48,9 @@ bool are_equal(const ImageFeatures& a, const ImageFeatures& b) {
 }  // namespace
 
 const char* to_string(TwoViewType type) {
-  switch (type) {
-    case TwoViewType::kDegenerate:
-      return "degenerate";
-    case TwoViewType::kStatic:
-      return "static";
-    case TwoViewType::kPanoramic:
-      return "panoramic";
-    case TwoViewType::kPlanar:
-      return "planar";
-    case TwoViewType::kCalibrated:
-      return "calibrated";
-    case TwoViewType::kMultiple:
-      return "multiple";
-  }
-  return "";
+  constexpr std::array<const char*, 6> kNames = {"degenerate", "static",     "panoramic",
+                                                 "planar",     "calibrated", "multiple"};
+  return kNames.at(static_cast<std::size_t>(type));
 }
 
 ViewGraphOptions view_graph_options(const MapperOptions& options) {
@@ -199,8 +188,8 @@ TwoViewGeometry ViewGraph::compute(const Pair& pair) const {
   return geometry;
 }
 
-std::vector<Match> raw_matches(const ViewGraph* graph, const ViewGraph::Node& first,
-                               const ViewGraph::Node& second, const MatchOptions& matching) {
+std::vector<Match> raw_matches(const ViewGraph* graph, const SeenImage& first, const SeenImage& second,
+                               const MatchOptions& matching) {
   if (graph) {
     const int a = graph->node_of(first.frame_index, first.image),
               b = graph->node_of(second.frame_index, second.image);

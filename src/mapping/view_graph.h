@@ -15,6 +15,12 @@
 
 namespace mono_pose_tracker {
 
+/// An image of a recording.
+struct SeenImage {
+  std::int64_t frame_index = 0;
+  ImageFeaturesPtr image;
+};
+
 /// Type of a two-view geometry, estimated without a map (COLMAP, scene/two_view_geometry.h).
 enum class TwoViewType {
   kDegenerate,  // fewer verified matches than ViewGraphOptions::min_inliers
@@ -68,10 +74,6 @@ class ViewGraph {
  public:
   /// Two nodes, the lower one first.
   using Pair = std::pair<int, int>;
-  struct Node {
-    std::int64_t frame_index = 0;
-    ImageFeaturesPtr image;
-  };
 
   explicit ViewGraph(const ViewGraphOptions& options) : options_(options) {}
 
@@ -83,7 +85,7 @@ class ViewGraph {
   /// Computes the missing edges. Pairs of a node with itself are ignored.
   void connect(const std::vector<Pair>& pairs);
 
-  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::vector<SeenImage>& nodes() const { return nodes_; }
   const std::map<Pair, TwoViewGeometry>& edges() const { return edges_; }
   /// Null where the edge was not computed. first < second.
   const TwoViewGeometry* edge(int first, int second) const;
@@ -103,13 +105,13 @@ class ViewGraph {
   bool fit_motion(const Pair& pair, int motion, TwoViewGeometry* geometry) const;
 
   ViewGraphOptions options_;
-  std::vector<Node> nodes_;
+  std::vector<SeenImage> nodes_;
   std::unordered_map<std::int64_t, std::vector<int>> nodes_of_frame_;  // by mask: one, rarely more
   std::map<Pair, TwoViewGeometry> edges_;
 };
 
 /// Raw matches of two images: of the graph's edge where it has one, otherwise computed. graph may be null.
-std::vector<Match> raw_matches(const ViewGraph* graph, const ViewGraph::Node& first,
-                               const ViewGraph::Node& second, const MatchOptions& matching);
+std::vector<Match> raw_matches(const ViewGraph* graph, const SeenImage& first, const SeenImage& second,
+                               const MatchOptions& matching);
 
 }  // namespace mono_pose_tracker

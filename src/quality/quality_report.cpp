@@ -6,6 +6,7 @@
 #include "quality/path_precision.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/text.h"
@@ -30,21 +31,22 @@ void test_consistency(const MapEvidence& evidence, const QualityOptions& options
   for (const InconsistentSegment& segment : inconsistent_segments(*evidence.map, edges, consistency)) {
     const SegmentPlacement place = other_place(*evidence.map, *evidence.graph, segment, consistency);
     if (place.confirms_map(consistency)) continue;
-    Finding finding;
-    finding.kind = FindingKind::kInconsistentSegment;
-    for (const KeyframeId id : segment.keyframes)
-      finding.images.push_back(evidence.map->keyframe(id)->frame_index);
-    finding.k = segment.matches - segment.supported;
+    std::vector<std::int64_t> images;
+    for (const KeyframeId id : segment.keyframes) images.push_back(evidence.map->keyframe(id)->frame_index);
+    const std::string first = image_text(images.front()), last = image_text(images.back());
+    const int contradicting = segment.matches - segment.supported;
+    Finding& finding = report->add(
+        FindingKind::kInconsistentSegment,
+        in_map(evidence) + (first == last ? first : first + " to " + last) +
+            formatted(
+                ": %d of %d verified matches with the other images contradict the map. Few near points, "
+                "repeated structure or moving objects: record more overlap there, or mask the objects "
+                "(--masks).",
+                contradicting, segment.matches));
+    finding.images = std::move(images);
+    finding.k = contradicting;
     finding.n = segment.matches;
     finding.p_value = segment.p_value;
-    const std::string first = image_text(finding.images.front()), last = image_text(finding.images.back());
-    finding.text =
-        in_map(evidence) + (first == last ? first : first + " to " + last) +
-        formatted(
-            ": %d of %d verified matches with the other images contradict the map. Few near points, repeated "
-            "structure or moving objects: record more overlap there, or mask the objects (--masks).",
-            finding.k, finding.n);
-    report->add(std::move(finding));
   }
 }
 
@@ -52,19 +54,17 @@ void test_consistency(const MapEvidence& evidence, const QualityOptions& options
 void test_scale(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
   const ScaleCut& cut = evidence.path->weakest_cut;
   if (cut.path_sigma() <= options.max_path_sigma) return;
-  Finding finding;
-  finding.kind = FindingKind::kUncertainScale;
+  Finding& finding = report->add(
+      FindingKind::kUncertainScale,
+      in_map(evidence) +
+          formatted("The scale of the path from %s on depends on only %d landmarks shared with the path "
+                    "before: %s. Record more overlap there.",
+                    image_text(cut.frame_index).c_str(), cut.landmarks,
+                    std::isfinite(cut.log_scale_sigma)
+                        ? formatted("its standard deviation is %.0f %%", 100 * cut.log_scale_sigma).c_str()
+                        : "it is unknown"));
   finding.images = {cut.frame_index};
   finding.k = cut.landmarks;
-  finding.text = in_map(evidence) +
-                 formatted(
-                     "The scale of the path from %s on depends on only %d landmarks shared with the path "
-                     "before: %s. Record more overlap there.",
-                     image_text(cut.frame_index).c_str(), cut.landmarks,
-                     std::isfinite(cut.log_scale_sigma)
-                         ? formatted("its standard deviation is %.0f %%", 100 * cut.log_scale_sigma).c_str()
-                         : "it is unknown");
-  report->add(std::move(finding));
 }
 
 // Test 2, positions.
@@ -73,99 +73,74 @@ void test_path(const MapEvidence& evidence, const QualityOptions& options, Quali
   const bool is_known = path.length > 0 && path.sigma <= options.max_path_sigma * path.length &&
                         path.sigma <= options.max_extent_sigma * path.extent;
   if (is_known) return;
-  Finding finding;
-  finding.kind = FindingKind::kUncertainPath;
-  finding.text =
+  report->add(
+      FindingKind::kUncertainPath,
       in_map(evidence) +
-      (std::isfinite(path.share())
-           ? formatted("The images determine the camera's positions to %.1f %% of the path only (standard "
-                       "deviation).",
-                       100 * path.share())
-           : std::string("The images do not determine the camera's positions.")) +
-      " The camera moves little compared with the distance of the scene, or landmarks are few: move farther, "
-      "come nearer, or give more images of the same scene.";
-  report->add(std::move(finding));
+          (std::isfinite(path.share())
+               ? formatted(
+                     "The images determine the camera's positions to %.1f %% of the path only (standard "
+                     "deviation).",
+                     100 * path.share())
+               : std::string("The images do not determine the camera's positions.")) +
+          " The camera moves little compared with the distance of the scene, or landmarks are few: move "
+          "farther, come nearer, or give more images of the same scene.");
 }
 
 void test_alternatives(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
   if (evidence.reversal_p_value > options.significance) {
-    Finding finding;
-    finding.p_value = evidence.reversal_p_value;
-    finding.kind = FindingKind::kDepthReversal;
-    finding.text =
+    Finding& finding = report->add(
+        FindingKind::kDepthReversal,
         in_map(evidence) +
-        "The depth-reversed map explains the images about as well (bas-relief ambiguity of a narrow "
-        "view): turn farther, come nearer, or mask independently moving objects (--masks).";
-    report->add(std::move(finding));
+            "The depth-reversed map explains the images about as well (bas-relief ambiguity of a narrow "
+            "view): turn farther, come nearer, or mask independently moving objects (--masks).");
+    finding.p_value = evidence.reversal_p_value;
   }
   if (evidence.planar_p_value > options.significance) {
-    Finding finding;
-    finding.p_value = evidence.planar_p_value;
-    finding.kind = FindingKind::kPlanarAmbiguity;
-    finding.text =
+    Finding& finding = report->add(
+        FindingKind::kPlanarAmbiguity,
         in_map(evidence) +
-        "The scene is nearly planar, and the second motion of the same homography explains the images "
-        "about as well: move round the scene, or record objects outside the plane.";
-    report->add(std::move(finding));
+            "The scene is nearly planar, and the second motion of the same homography explains the images "
+            "about as well: move round the scene, or record objects outside the plane.");
+    finding.p_value = evidence.planar_p_value;
   }
 }
 
 void test_images(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
   if (evidence.rests_on_two_views) {
-    Finding finding;
-    finding.kind = FindingKind::kTwoViews;
+    Finding& finding =
+        report->add(FindingKind::kTwoViews,
+                    in_map(evidence) + "The map rests on two images: a third is needed to confirm it.");
     finding.n = 2;
-    finding.text = in_map(evidence) + "The map rests on two images: a third is needed to confirm it.";
-    report->add(std::move(finding));
   }
   const auto registered = static_cast<double>(evidence.registered),
              images = static_cast<double>(evidence.images);
   if (evidence.is_first && !evidence.is_loaded && !evidence.is_object &&
       registered < options.min_registered * images) {
-    Finding finding;
-    finding.kind = FindingKind::kFewImages;
-    finding.k = static_cast<int>(evidence.registered);
-    finding.n = static_cast<int>(evidence.images);
-    finding.text = formatted(
-        "Only %d of %d images are registered in the first map, and no map is confirmed: "
-        "the cause of the interruption may have distorted the path as well. Record more overlap.",
-        finding.k, finding.n);
-    report->add(std::move(finding));
+    const auto k = static_cast<int>(evidence.registered), n = static_cast<int>(evidence.images);
+    Finding& finding = report->add(
+        FindingKind::kFewImages,
+        formatted("Only %d of %d images are registered in the first map, and no map is confirmed: "
+                  "the cause of the interruption may have distorted the path as well. Record more overlap.",
+                  k, n));
+    finding.k = k, finding.n = n;
   }
 }
 
 }  // namespace
 
 const char* to_string(FindingKind kind) {
-  switch (kind) {
-    case FindingKind::kInconsistentSegment:
-      return "inconsistent_segment";
-    case FindingKind::kUncertainScale:
-      return "uncertain_scale";
-    case FindingKind::kUncertainPath:
-      return "uncertain_path";
-    case FindingKind::kDepthReversal:
-      return "depth_reversal";
-    case FindingKind::kPlanarAmbiguity:
-      return "planar_ambiguity";
-    case FindingKind::kOtherObject:
-      return "other_object";
-    case FindingKind::kStaticBackground:
-      return "static_background";
-    case FindingKind::kTwoViews:
-      return "two_views";
-    case FindingKind::kFewImages:
-      return "few_images";
-    case FindingKind::kSeveralMaps:
-      return "several_maps";
-    case FindingKind::kUnregisteredImages:
-      return "unregistered_images";
-    case FindingKind::kUncertainImages:
-      return "uncertain_images";
-    case FindingKind::kCalibration:
-      return "calibration";
-  }
-  return "";
+  constexpr std::array<const char*, 13> kNames = {
+      "inconsistent_segment", "uncertain_scale",   "uncertain_path", "depth_reversal", "planar_ambiguity",
+      "other_object",         "static_background", "two_views",      "few_images",     "several_maps",
+      "unregistered_images",  "uncertain_images",  "calibration"};
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
+Finding& QualityReport::add(FindingKind kind, std::string text) {
+  findings_.emplace_back();
+  findings_.back().kind = kind;
+  findings_.back().text = std::move(text);
+  return findings_.back();
 }
 
 bool QualityReport::confirmed() const {

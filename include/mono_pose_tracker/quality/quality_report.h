@@ -44,6 +44,8 @@ struct Finding {
 class QualityReport {
  public:
   void add(Finding finding) { findings_.push_back(std::move(finding)); }
+  /// The new finding, to be completed; valid until the next one.
+  Finding& add(FindingKind kind, std::string text);
   const std::vector<Finding>& findings() const { return findings_; }
   /// No finding is disqualifying: poses and map are right to QualityOptions::max_path_sigma.
   bool confirmed() const;
