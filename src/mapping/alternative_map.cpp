@@ -1,6 +1,5 @@
 #include "alternative_map.h"
 
-#include <algorithm>
 #include <unordered_map>
 #include <vector>
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <utility>
 
 #include "common/rotation.h"
 #include "geometry/triangulation.h"

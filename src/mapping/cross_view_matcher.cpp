@@ -1,8 +1,6 @@
 #include "cross_view_matcher.h"
 
 #include <algorithm>
-#include <cmath>
-#include <vector>
 
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"

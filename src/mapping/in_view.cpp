@@ -1,7 +1,6 @@
 #include "mapping/in_view.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <vector>
 
 namespace mono_pose_tracker {

@@ -1,9 +1,5 @@
 #include "mapping/landmark_pose.h"
 
-#include <utility>
-#include <vector>
-
-#include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "robust/motion_refinement.h"
 

@@ -1,13 +1,9 @@
 #include "mapping/loop_closer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <set>
-#include <unordered_map>
 #include <unordered_set>
-#include <utility>
-#include <vector>
 
 #include "common/statistics.h"
 #include "common/threads.h"

@@ -13,7 +13,6 @@
 #include "mapping/aliased_places.h"
 #include "mapping/place_index.h"
 #include "mapping/projection_matcher.h"
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <set>
 #include <tuple>
-#include <utility>
 
 #include "common/statistics.h"
 #include "keyframe_landmarks.h"
@@ -17,7 +14,6 @@
 #include "mapping/track_extender.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "optimization/map_adjustment.h"
-#include "robust/similarity.h"
 
 namespace mono_pose_tracker {
 

@@ -7,7 +7,6 @@
 #include "common/text.h"
 #include "keyframe_landmarks.h"
 #include "mapping/in_view.h"
-#include "mapping/motion_segmentation.h"
 
 namespace mono_pose_tracker {
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <set>
-#include <utility>
 
 #include "common/statistics.h"
 #include "keyframe_landmarks.h"

@@ -10,7 +10,6 @@
 #include "cross_view_matcher.h"
 #include "keyframe_landmarks.h"
 #include "mapping/mapper.h"
-#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 

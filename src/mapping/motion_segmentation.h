@@ -7,7 +7,7 @@
 
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/robust/ransac_options.h"
 
 namespace mono_pose_tracker {
 

@@ -1,10 +1,8 @@
 #include "mapping/place_index.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
-#include <iterator>
 #include <limits>
 #include <mutex>
 #include <numeric>

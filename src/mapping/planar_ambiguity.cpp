@@ -1,6 +1,5 @@
 #include "mapping/planar_ambiguity.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <optional>

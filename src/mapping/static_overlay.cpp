@@ -1,7 +1,6 @@
 #include "static_overlay.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <iterator>
 
 #include "common/statistics.h"
