@@ -10,6 +10,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr MappingWorkerOptions kWorkerLimits{};
+
 // Priorities below tracking, which must finish before the next image. Background jobs have the lowest one.
 constexpr int kNiceSteps = 5, kNiceStepsBackground = 10;
 
@@ -24,9 +26,8 @@ MapperOptions unhurried(MapperOptions options) {
 
 }  // namespace
 
-MappingWorker::MappingWorker(const MapperOptions& options, bool threaded, std::function<void()> before_job,
-                             const MappingWorkerOptions& limits)
-    : mapper_(options), limits_(limits), threaded_(threaded), before_job_(std::move(before_job)) {
+MappingWorker::MappingWorker(const MapperOptions& options, bool threaded, std::function<void()> before_job)
+    : mapper_(options), threaded_(threaded), before_job_(std::move(before_job)) {
   mapper_.set_options(prepared(options));
   if (!threaded_) return;
   try {
@@ -78,7 +79,7 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
     mapper.insert(candidate, waiting);
   };
   return post({insert, 0, [this] { seek(); }, true},
-              [this] { return keyframes_waiting() < limits_.most_waiting; });
+              [this] { return keyframes_waiting() < kWorkerLimits.most_waiting; });
 }
 
 void MappingWorker::seek() {
@@ -279,7 +280,7 @@ void MappingWorker::take_options() {
 
 MapperOptions MappingWorker::prepared(MapperOptions options) const {
   if (threaded_) {
-    options.bundle.max_iteration_work = limits_.max_iteration_work;
+    options.bundle.max_iteration_work = kWorkerLimits.max_iteration_work;
   } else {
     options = unhurried(std::move(options));
   }

@@ -38,8 +38,7 @@ class MappingWorker {
   using Work = std::function<void(Mapper&)>;
 
   /// before_job is called before every job on the thread of the job, so that a test can delay mapping.
-  MappingWorker(const MapperOptions& options, bool threaded, std::function<void()> before_job = {},
-                const MappingWorkerOptions& limits = {});
+  MappingWorker(const MapperOptions& options, bool threaded, std::function<void()> before_job = {});
   ~MappingWorker();  // drops waiting jobs, stops a running solver, joins
   MappingWorker(const MappingWorker&) = delete;
   MappingWorker& operator=(const MappingWorker&) = delete;
@@ -105,7 +104,6 @@ class MappingWorker {
   MapperOptions prepared(MapperOptions options) const;
 
   Mapper mapper_;
-  const MappingWorkerOptions limits_;
   const bool threaded_;
   const std::function<void()> before_job_;
   mutable std::mutex mutex_;
