@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "common/threads.h"
 #include "geometry/essential.h"
@@ -83,15 +84,16 @@ int ViewGraph::node_of(std::int64_t frame_index, const ImageFeaturesPtr& image) 
 }
 
 void ViewGraph::connect(const std::vector<Pair>& pairs) {
-  std::vector<Pair> unknown;
-  for (Pair pair : pairs) {
-    if (pair.first > pair.second) std::swap(pair.first, pair.second);
-    if (pair.first != pair.second && edges_.emplace(pair, TwoViewGeometry()).second) unknown.push_back(pair);
+  std::set<Pair> missing;
+  for (const Pair& pair : pairs) {
+    const Pair ordered = std::minmax(pair.first, pair.second);
+    if (pair.first != pair.second && !edges_.count(ordered)) missing.insert(ordered);
   }
+  const std::vector<Pair> unknown(missing.begin(), missing.end());
   std::vector<TwoViewGeometry> computed(unknown.size());
   parallel_for(static_cast<int>(unknown.size()), options_.threads,
                [&](int i) { computed[i] = compute(unknown[i]); });
-  for (std::size_t i = 0; i < unknown.size(); ++i) edges_[unknown[i]] = std::move(computed[i]);
+  for (std::size_t i = 0; i < unknown.size(); ++i) edges_.emplace(unknown[i], std::move(computed[i]));
 }
 
 const TwoViewGeometry* ViewGraph::edge(int first, int second) const {

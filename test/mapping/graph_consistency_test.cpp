@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 #include <vector>
 
 #include "common/rotation.h"
@@ -95,6 +96,17 @@ TEST(ViewGraph, AnEdgeIsComputedOnce) {
   graph.connect({{1, 0}, {0, 0}});
   EXPECT_EQ(graph.edge(0, 1), before);
   EXPECT_EQ(graph.edge(0, 0), nullptr);
+}
+
+TEST(ViewGraph, AnEdgeThatCouldNotBeComputedIsNone) {
+  const Map map = map_with({});
+  ViewGraphOptions options;
+  options.ransac = TrackerOptions().ransac(synthetic_camera().focal());
+  options.ransac.min_iterations = -1;
+  ViewGraph graph(options);
+  for (const KeyframeId id : {0, 1}) graph.add(id, map.keyframe(id)->image);
+  EXPECT_THROW(graph.connect({{0, 1}}), std::invalid_argument);
+  EXPECT_EQ(graph.edge(0, 1), nullptr);
 }
 
 TEST(ViewGraph, FeaturesThatAreExtractedAgainAreTheSameNode) {
