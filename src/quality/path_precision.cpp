@@ -76,13 +76,14 @@ ScaleCut weakest_scale_cut(const Map& map) {
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     known += information[k];
     count += landmarks[k];
+    if (count == 0) known = 0;  // what rounding has left of landmarks that end here
     // Two keyframes on each side are needed for separate baselines.
     if (k < 2 || k + 2 > in_time.size() || length.back() <= 0) continue;
     ScaleCut cut;
     cut.frame_index = in_time[k]->frame_index;
     cut.landmarks = count;
     cut.log_scale_sigma =
-        count > 0 ? std::sqrt(kScaleCut.correlation / known) : std::numeric_limits<double>::infinity();
+        known > 0 ? std::sqrt(kScaleCut.correlation / known) : std::numeric_limits<double>::infinity();
     cut.path_share = std::min(length[k - 1], length.back() - length[k]) / length.back();
     if (cut.path_sigma() > weakest.path_sigma()) weakest = cut;
   }

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "common/rotation.h"
@@ -81,6 +83,27 @@ TEST(ScaleCut, FewLandmarksCarryTheScaleLessExactly) {
   EXPECT_GT(few.log_scale_sigma, 2 * many.log_scale_sigma);
   EXPECT_EQ(few.frame_index, 6);
   EXPECT_TRUE(std::isinf(weakest_scale_cut(walk(12, 0)).log_scale_sigma));
+}
+
+// The information of near landmarks that end at a cut leaves a rounding error, larger than that of a far one.
+TEST(ScaleCut, AFarLandmarkCarriesNoScale) {
+  for (double depth = 3; depth < 6; depth += 0.1) {
+    const std::vector<std::pair<Eigen::Vector3d, std::vector<KeyframeId>>> landmarks = {
+        {{2, 0, depth}, {0, 1, 3, 4}}, {{3, 0, 5}, {1, 2, 5, 6}}, {{0, 0, 1e10}, {0, 1, 7, 8}}};
+    auto image = std::make_shared<ImageFeatures>();
+    image->camera = synthetic_camera();
+    image->set.features.resize(landmarks.size());
+    image->sigma_px.assign(landmarks.size(), 1);
+    Map map;
+    for (int k = 0; k < 9; ++k) map.add_keyframe(k, k, camera_at({1.0 * k, 0, 0}), image);
+    for (std::size_t l = 0; l < landmarks.size(); ++l) {
+      const LandmarkId id = map.add_landmark(landmarks[l].first);
+      for (const KeyframeId k : landmarks[l].second) map.add_observation(id, k, static_cast<int>(l));
+    }
+    const ScaleCut cut = weakest_scale_cut(map);
+    EXPECT_GE(cut.frame_index, 6) << depth;
+    EXPECT_GT(cut.log_scale_sigma, 1e3) << depth;
+  }
 }
 
 }  // namespace
