@@ -221,8 +221,7 @@ std::vector<std::pair<KeyframeId, KeyframeId>> same_images(const Map& map, Keyfr
     }
     const auto old = old_of_frame.find(keyframe.frame_index);
     if (old == old_of_frame.end()) continue;
-    // The features differ: the object was masked differently.
-    if (map.keyframe(old->second)->image->size() == keyframe.image->size())
+    if (have_same_features(*map.keyframe(old->second)->image, *keyframe.image))
       pairs.emplace_back(old->second, id);
   }
   return pairs;

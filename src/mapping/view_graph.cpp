@@ -35,7 +35,9 @@ Unexplained unexplained(const TwoViewGeometry& geometry, const FeatureSet& first
   return rest;
 }
 
-bool are_equal(const ImageFeatures& a, const ImageFeatures& b) {
+}  // namespace
+
+bool have_same_features(const ImageFeatures& a, const ImageFeatures& b) {
   if (&a == &b) return true;
   if (a.size() != b.size()) return false;
   for (int f = 0; f < a.size(); ++f) {
@@ -45,8 +47,6 @@ bool are_equal(const ImageFeatures& a, const ImageFeatures& b) {
   }
   return true;
 }
-
-}  // namespace
 
 const char* to_string(TwoViewType type) {
   constexpr std::array<const char*, 6> kNames = {"degenerate", "static",     "panoramic",
@@ -79,7 +79,7 @@ int ViewGraph::node_of(std::int64_t frame_index, const ImageFeaturesPtr& image) 
   const auto of_frame = nodes_of_frame_.find(frame_index);
   if (of_frame == nodes_of_frame_.end()) return -1;
   const auto same = std::find_if(of_frame->second.begin(), of_frame->second.end(),
-                                 [&](int node) { return are_equal(*nodes_[node].image, *image); });
+                                 [&](int node) { return have_same_features(*nodes_[node].image, *image); });
   return same == of_frame->second.end() ? -1 : *same;
 }
 

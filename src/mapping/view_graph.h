@@ -21,6 +21,9 @@ struct SeenImage {
   ImageFeaturesPtr image;
 };
 
+/// Whether both images have the same pixels and descriptors: not where they were masked differently.
+bool have_same_features(const ImageFeatures& a, const ImageFeatures& b);
+
 /// Type of a two-view geometry, estimated without a map (COLMAP, scene/two_view_geometry.h).
 enum class TwoViewType {
   kDegenerate,  // fewer verified matches than ViewGraphOptions::min_inliers

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "mapping/landmark_pose.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
@@ -62,6 +65,46 @@ TEST_F(MapJoinerTest, OneKeyframeAlignsNone) {
 
 // Two cameras in front of a wall, one from its left, one from its right: the common part is a strip at the
 // edge of their images.
+// The map with only `count` features of a keyframe, from `first` on.
+Map with_masked(const Map& map, KeyframeId id, int first, int count) {
+  std::vector<Keyframe> keyframes;
+  for (const auto& entry : map.keyframes()) keyframes.push_back(entry.second);
+  std::vector<char> flags(map.keyframe(id)->image->size(), 0);
+  std::fill_n(flags.begin() + first, count, 1);
+  keyframes[id].image = select_features(*keyframes[id].image, flags);
+  std::vector<Landmark> landmarks;
+  for (const LandmarkId l : map.landmark_ids()) {
+    Landmark landmark = *map.landmark(l);
+    std::vector<Observation> kept;
+    for (Observation o : landmark.observations) {
+      if (o.keyframe == id && !flags[o.feature]) continue;
+      if (o.keyframe == id) o.feature -= first;
+      kept.push_back(o);
+    }
+    landmark.observations = std::move(kept);
+    if (landmark.observations.size() >= 2) landmarks.push_back(landmark);
+  }
+  return Map::restore(std::move(keyframes), std::move(landmarks), {}, ScaleSource::kMapUnits);
+}
+
+TEST_F(MapJoinerTest, AnImageWithTwoMasksIsTwoKeyframes) {
+  constexpr KeyframeId kMasked = 3;
+  const int size = other_.keyframe(kMasked)->image->size();
+  const Map older = with_masked(other_, kMasked, 0, size - 10),
+            newer = with_masked(other_, kMasked, 10, size - 10);
+  MapAlignment alignment;
+  for (const KeyframeId id : {0, 1}) {
+    for (int f = 0; f < other_.keyframe(id)->image->size(); ++f) {
+      const LandmarkId l = older.keyframe(id)->landmark_of_feature[f];
+      if (l != kNoLandmark) alignment.found[id].emplace(f, l);
+    }
+  }
+  const JoinedMaps joined = join_maps(options_, older, newer, alignment);
+  EXPECT_TRUE(joined.holds);
+  joined.map.check();
+  EXPECT_EQ(joined.map.keyframes().size(), other_.keyframes().size() + 1);
+}
+
 TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
   constexpr double kDistance = 2.4, kHalfStrip = 0.3, kHalfHeight = 0.25, kStep = 0.1;
   const CameraModel camera(with_focal(1.6));
