@@ -342,9 +342,11 @@ ScaleSource UnitSource::begin(const InitialMap& initial, const std::vector<Keyfr
 }
 
 void UnitSource::forget(const std::set<KeyframeId>& wrong, const Map& map) {
-  if (baseline && !map.keyframe(baseline->second) && wrong.count(baseline->second) > 0) baseline.reset();
+  const auto is_gone = [&](KeyframeId id) { return wrong.count(id) > 0 && !map.keyframe(id); };
+  // In a joined map, either may be another than the map's first.
+  if (baseline && (is_gone(baseline->first) || is_gone(baseline->second))) baseline.reset();
   for (const KeyframeId id : wrong) {
-    if (!map.keyframe(id)) markers.erase(id);
+    if (is_gone(id)) markers.erase(id);
   }
 }
 

@@ -145,6 +145,18 @@ TEST_F(MapperJoiningTest, AMarkerThatOnlyTheNewerMapSawIsKept) {
 }
 
 // Each part keeps the covariances of its keyframes, in the unit of the merged map.
+TEST(UnitSource, MisregisteredKeyframesGiveNone) {
+  const Map without_them;
+  for (const KeyframeId wrong : {4, 7}) {
+    UnitSource unit;
+    unit.baseline = {4, 7};
+    unit.forget({2}, without_them);
+    EXPECT_TRUE(unit.baseline) << "culled keyframes have a stored pose";
+    unit.forget({wrong}, without_them);
+    EXPECT_FALSE(unit.baseline) << wrong;
+  }
+}
+
 TEST_F(MapperJoiningTest, KeyframesKeepTheirCovariances) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);
