@@ -73,15 +73,7 @@ EdgeConsistency consistency_of(const Map& map, const ViewGraph& graph, const Vie
     supported[motion] += explained[i] != 0 && !contradicts_landmarks(map, first, second, m, limit_rad);
   }
   const int motion = matches[2] > matches[1] ? 2 : 1;
-  EdgeConsistency edge;
-  edge.pair = pair;
-  edge.first = first_id;
-  edge.second = second_id;
-  edge.motion = motion;
-  edge.matches = matches[motion];
-  edge.explained = agreeing[motion];
-  edge.supported = supported[motion];
-  return edge;
+  return {pair, first_id, second_id, motion, matches[motion], agreeing[motion], supported[motion]};
 }
 
 // The moved pose of a keyframe of the segment, camera_from_rest; in the rest's unit.
@@ -130,16 +122,11 @@ std::set<MatchToRest> matches_to_rest(const Map& map, const ViewGraph& graph,
     const auto [node_in, node_out] =
         first_is_inside ? edge.pair : ViewGraph::Pair(edge.pair.second, edge.pair.first);
     for (const VerifiedMatch& m : graph.verified_matches(node_in, node_out)) {
-      MatchToRest match;
-      match.keyframe = in.id;
-      match.of_rest = out.id;
-      match.feature = m.first;
-      match.feature_of_rest = m.second;
-      match.landmark = out.landmark_of_feature[match.feature_of_rest];
-      if (!in_rest.count(match.landmark)) continue;
-      const LandmarkId of_feature = in.landmark_of_feature[match.feature];
-      if (in_segment.count(of_feature)) match.of_feature = of_feature;
-      matches.insert(match);
+      const LandmarkId landmark = out.landmark_of_feature[m.second],
+                       of_feature = in.landmark_of_feature[m.first];
+      if (!in_rest.count(landmark)) continue;
+      matches.insert({in.id, m.first, landmark, in_segment.count(of_feature) ? of_feature : kNoLandmark,
+                      out.id, m.second});
     }
   }
   return matches;
