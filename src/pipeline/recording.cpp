@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "recording_reader.h"
+#include "tracking/tracker_impl.h"
 
 namespace mono_pose_tracker {
 
@@ -26,7 +27,7 @@ std::set<std::int64_t> without(const std::set<std::int64_t>& some, std::set<std:
 class RecordingRun {
  public:
   RecordingRun(const Recording& recording, const FrameObserver& observer, Tracker* tracker)
-      : recording_(recording), observer_(observer), tracker_(*tracker) {}
+      : recording_(recording), observer_(observer), tracker_(tracker->impl()) {}
 
   RecordingResult run() {
     recording_.begin_stage(RecordingStage::kTracking);
@@ -34,7 +35,6 @@ class RecordingRun {
     const bool was_interrupted = recording_.interrupted();
     recording_.begin_stage(RecordingStage::kRefining);
     result_.tracked = tracker_.finish();
-    result_.rests_on_two_views = tracker_.rests_on_two_views();
     if (!result_.tracked) {
       result_.reason = usual_reason();
       return std::move(result_);
@@ -128,7 +128,7 @@ class RecordingRun {
     if (recording_.interrupted()) return;
     recording_.begin_stage(RecordingStage::kRefining);
     std::set<std::int64_t> outdated = tracker_.refine_with_graph();
-    outdated.merge(tracker_.adjust_frames());
+    outdated.merge(tracker_.adjust_frames(*tracker_.worker().latest()));
     result_.doubtful.insert(outdated.begin(), outdated.end());  // until they are registered again
     recording_.begin_stage(RecordingStage::kRegistering);
     register_each(outdated, [](int, std::int64_t, const FrameReport&) {});
@@ -187,15 +187,16 @@ class RecordingRun {
     std::future<std::string> doubt;  // after the flag: its destructor waits for the thread
     if (recording_.threads > 1 && recording_.calibration_test) {
       // Without a thread it runs when its result is needed.
-      doubt = std::async(std::launch::async | std::launch::deferred,
-                         [&, test = *recording_.calibration_test, map = tracker_.map()]() mutable {
-                           test.options.cancel = [&] { return is_given_up || recording_.interrupted(); };
-                           return doubt_of_calibration(test.options, test.camera, map);
-                         });
+      doubt = std::async(
+          std::launch::async | std::launch::deferred,
+          [&, test = *recording_.calibration_test, map = tracker_.worker().mapper().map()]() mutable {
+            test.options.cancel = [&] { return is_given_up || recording_.interrupted(); };
+            return doubt_of_calibration(test.options, test.camera, map);
+          });
     }
     result_.maps = tracker_.maps();
-    result_.loops = tracker_.loops();
-    result_.failed_adjustments = tracker_.failed_adjustments();
+    result_.loops = tracker_.worker().mapper().loops();
+    result_.failed_adjustments = tracker_.worker().mapper().failed_adjustments();
     exclude_unseen_maps();
     exclude_covered_maps(&result_.maps);
     if (result_.maps.empty()) {
@@ -226,7 +227,7 @@ class RecordingRun {
 
   const Recording& recording_;
   const FrameObserver& observer_;
-  Tracker& tracker_;
+  Tracker::Impl& tracker_;
   RecordingResult result_;
   std::map<Reason, std::pair<int, std::string>>
       reasons_;  // of frames without a pose: how many, the last text

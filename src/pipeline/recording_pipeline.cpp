@@ -12,6 +12,7 @@
 #include "mapping/static_background.h"
 #include "object_masks.h"
 #include "recording_reader.h"
+#include "tracking/tracker_impl.h"
 
 namespace mono_pose_tracker {
 
@@ -121,7 +122,7 @@ TrackedRecording RecordingPipeline::track(double seed, const Masks& masks) {
   made.attempt = attempts_++;
   made.object_masks = masks;
   made.tracker = make_tracker(options_, camera_, recording_.loaded);
-  if (masks) made.tracker->expect_object();
+  if (masks) made.tracker->impl().expect_object();
   made.observer = observer_of_(made.attempt);
   Recording recording = recording_;
   recording.first_tracked = static_cast<std::int64_t>(seed * static_cast<double>(kept_.result.frames_total));
@@ -149,7 +150,8 @@ bool RecordingPipeline::try_seeds(std::size_t first_index, const Masks& masks) {
 // of a static background. If there is any, the recording is tracked with masks of the moving object. Returns
 // whether a map with these masks is kept.
 bool RecordingPipeline::exclude_background() {
-  if (is_confirmed(kept_.result) || recording_.masks || !kept_.tracker->may_have_background() ||
+  Tracker::Impl& tracker = kept_.tracker->impl();
+  if (is_confirmed(kept_.result) || recording_.masks || !tracker.may_have_background() ||
       recording_.interrupted())
     return false;
   const std::int64_t total = kept_.result.frames_total;
@@ -158,11 +160,11 @@ bool RecordingPipeline::exclude_background() {
   std::set<std::int64_t> sampled;
   for (std::int64_t index = 0; index < total; index += step) sampled.insert(index);
   std::vector<SeenImage> images;
-  read_again(recording_, kept_.result, *kept_.tracker, sampled, [&](const RecordingReader& reader) {
-    const ImageFeaturesPtr features = kept_.tracker->features_of(reader.prepared());
+  read_again(recording_, kept_.result, tracker, sampled, [&](const RecordingReader& reader) {
+    const ImageFeaturesPtr features = tracker.features_of(reader.prepared());
     if (features) images.push_back({reader.index(), features});
   });
-  const StaticBackground background = kept_.tracker->background_of(images);
+  const StaticBackground background = tracker.background_of(images);
   if (!background.exists) return false;
   const Masks masks = std::make_shared<ObjectMasks>(background.tracks, nullptr);
   return !masks->are_empty() && try_seeds(0, masks);

@@ -5,10 +5,11 @@
 #include <utility>
 
 #include "object_masks.h"
+#include "tracking/tracker_impl.h"
 
 namespace mono_pose_tracker {
 
-RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+RecordingReader::RecordingReader(const Recording& recording, const Tracker::Impl& tracker, IsWanted is_wanted,
                                  std::vector<std::string>* problems, const std::set<std::int64_t>* unreadable)
     : recording_(recording),
       tracker_(tracker),
@@ -70,13 +71,14 @@ void RecordingReader::prepare(Item* item) const {
     item->mask = item->mask.empty() ? found : cv::Mat(item->mask & found);
   }
   if (is_wanted_(item->index)) {
-    item->prepared = tracker_.prepare(source.image, item->mask, recording_.features.get(), item->index);
+    item->prepared =
+        tracker_.frame_maker().prepare(source.image, item->mask, recording_.features.get(), item->index);
   } else {
     item->prepared.image = source.image;
   }
 }
 
-void read_again(const Recording& recording, const RecordingResult& result, const Tracker& tracker,
+void read_again(const Recording& recording, const RecordingResult& result, const Tracker::Impl& tracker,
                 const std::set<std::int64_t>& wanted,
                 const std::function<void(const RecordingReader&)>& use) {
   // A folder may have grown meanwhile: images that the first pass did not read are ignored.

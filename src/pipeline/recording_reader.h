@@ -22,7 +22,7 @@ class RecordingReader {
   // problems: receives a line for each unreadable image or mask; may be null. unreadable: those of the first
   // time (RecordingResult) where the recording is read once more; unwanted images are then skipped and have
   // no pixels and no names.
-  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+  RecordingReader(const Recording& recording, const Tracker::Impl& tracker, IsWanted is_wanted,
                   std::vector<std::string>* problems, const std::set<std::int64_t>* unreadable = nullptr);
 
   // Returns false at the end.
@@ -51,7 +51,7 @@ class RecordingReader {
   void prepare(Item* item) const;
 
   const Recording& recording_;
-  const Tracker& tracker_;
+  const Tracker::Impl& tracker_;
   const IsWanted is_wanted_;
   std::vector<std::string>* problems_;
   std::unique_ptr<ImageSource> source_;
@@ -66,7 +66,7 @@ class RecordingReader {
 };
 
 // Reads the wanted images of a result once more, in order.
-void read_again(const Recording& recording, const RecordingResult& result, const Tracker& tracker,
+void read_again(const Recording& recording, const RecordingResult& result, const Tracker::Impl& tracker,
                 const std::set<std::int64_t>& wanted, const std::function<void(const RecordingReader&)>& use);
 
 }  // namespace mono_pose_tracker

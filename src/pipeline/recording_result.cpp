@@ -189,6 +189,10 @@ std::int64_t distance_to(const std::set<std::int64_t>& registered, std::int64_t 
 
 bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
 
+bool rests_on_two_views(const RecordingResult& result) {
+  return result.tracked && result.maps.front().quality.has(FindingKind::kTwoViews);
+}
+
 void add_finding(FindingKind kind, const std::string& text, bool is_disqualifying, RecordingResult* result) {
   Finding finding = finding_of(kind);
   finding.text = text;

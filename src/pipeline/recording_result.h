@@ -16,8 +16,7 @@ namespace mono_pose_tracker {
 
 /// What is known of a recording in the end: poses, maps, findings about them.
 struct RecordingResult {
-  bool tracked = false;             // there is a map; otherwise `reason` has the cause
-  bool rests_on_two_views = false;  // the map has two views that no third confirmed
+  bool tracked = false;  // there is a map; otherwise `reason` has the cause
   std::string reason;
   std::int64_t frames_total = 0;                 // images that could be read
   std::int64_t frames_with_features = 0;         // of these: neither black nor of another size
@@ -38,6 +37,9 @@ struct RecordingResult {
 
 /// The verdict on the first map.
 bool is_confirmed(const RecordingResult& result);
+
+/// Whether the map has two views that no third confirmed.
+bool rests_on_two_views(const RecordingResult& result);
 
 /// A finding about all maps of the result, such as one about the calibration; it becomes a warning.
 void add_finding(FindingKind kind, const std::string& text, bool is_disqualifying, RecordingResult* result);

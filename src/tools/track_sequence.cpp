@@ -34,6 +34,7 @@
 #include "results/report.h"
 #include "track_sequence_arguments.h"
 #include "tracking/background_image.h"
+#include "tracking/tracker_impl.h"
 #include "viewer/scene_page.h"
 #include "written_files.h"
 
@@ -285,9 +286,9 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
     write_camera_yaml((output / "camera_refined.yaml").string(), "camera", calibration.camera);
   }
   if (result.tracked && !a.save_view_graph.empty())
-    write_view_graph(a.save_view_graph, run->tracker->view_graph(), main_map(*run));
+    write_view_graph(a.save_view_graph, run->tracker->impl().view_graph(), main_map(*run));
   if (result.tracked && a.report == "full")
-    draw_view_graph((output / "view_graph.png").string(), run->tracker->view_graph(), main_map(*run));
+    draw_view_graph((output / "view_graph.png").string(), run->tracker->impl().view_graph(), main_map(*run));
   if (result.tracked && !a.save_map.empty()) write_saved_map(a.save_map, aligned, *run);
   if (outlined) outline_masks(recording, result, CameraModel(calibration.camera), &run->masks);
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run->masks);
@@ -376,7 +377,7 @@ void tell_of_files(const Arguments& a, const Run& run, double seconds) {
   std::printf("%zu of %ld images registered (%ld live), %zu keyframes, %zu points, %.1f s%s: %s\n",
               result.trajectory.size(), static_cast<long>(result.frames_total),
               static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
-              seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
+              seconds, rests_on_two_views(result) ? " (two views only: unconfirmed)" : "", a.output.c_str());
 }
 
 AlignmentOptions alignment_options(const TrackerOptions& options) {

@@ -84,7 +84,6 @@ class Tracker::Impl {
 
   void cancel() { cancelled_ = true; }
   FrameReport process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask);
-  void pass_over() { ++next_index_; }
   void wait();
   void reset();
   void set_options(const TrackerOptions& options);
@@ -95,42 +94,64 @@ class Tracker::Impl {
   void restart();
   std::vector<RegisteredFrame> trajectory() const;
   bool finish();
+  const FrameMaker& frame_maker() const { return frame_maker_; }
+  MappingWorker& worker() { return worker_; }
+
+  // For a recording; called by one thread.
+
+  // Later masks are of an object found by its motion, so that masked features have no far background.
+  void expect_object() { expects_object_ = true; }
+  // Skips the next image; it may be registered in the end.
+  void pass_over() { ++next_index_; }
+  // Registers an image in the finished map, wherever it was in the recording. The new pose replaces the
+  // previous one in the trajectory; an image that is not registered, and no keyframe, has no pose any more.
+  FrameReport register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
+                                   const PreparedImage& image, const cv::Mat& mask = cv::Mat());
+  // Stores an unregistered image for fill_gaps; the mask in the report is valid.
   FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
-                             const cv::Mat& mask);
+                             const cv::Mat& mask = cv::Mat());
+  // Registers the stored images in the finished map: from both sides of each gap, making keyframes on the
+  // way, and by descriptors alone beyond. The map is finished again when it has grown.
   void fill_gaps();
-  std::vector<FinishedMap> maps();
-  void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
+  // Adjusts the poses of the frames between keyframes to the finished map, by the landmarks by which they
+  // were registered. Returns the frames with which most of these are no longer consistent: they are to be
+  // registered by their images again.
   std::set<std::int64_t> adjust_frames(const TrackingMap& map);
+  // Refines the finished map against the view graph of its keyframes (mapping/view_graph.h). Returns the
+  // frames relative to keyframes that the graph contradicts: they no longer have a pose and may be registered
+  // again.
   std::set<std::int64_t> refine_with_graph();
+  // Whether an object is separated from its background by the images alone (segmentation/method: auto), and
+  // the finished map, if there is one, may be of an object: its landmarks stay in view.
+  bool may_have_background();
+  // The unmasked features of an image; no result depends on the call. Null when the image does not have the
+  // camera's size.
+  ImageFeaturesPtr features_of(const PreparedImage& image);
+  // The static background in images of a recording while something moves.
+  StaticBackground background_of(const std::vector<SeenImage>& images) const;
+  // All maps that could not be merged, finished; the largest, which is the present one, first.
+  std::vector<FinishedMap> maps();
+  // Adds the findings about each map, in this order, to its QualityReport. images: number of images of the
+  // recording with features.
+  void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
+  // The two-view geometries of a finished recording, with which its maps were compared.
   ViewGraph& view_graph() { return worker_.mapper().view_graph(); }
+
+ private:
+  // Candidate reference keyframes of a pose: those near the last tracked frame, or all.
+  enum class Among { kNear, kAll };
+
   FinishedMap finished(const TrackingMap& view);
   void assess_map(std::size_t place, std::int64_t images, FinishedMap* map);
   std::vector<RegisteredImage> seen_in(const FinishedMap& map) const;
   MotionSegmentationOptions motion_options() const;
   void assess_independent_motion(FinishedMap* map);
-  bool may_have_background();
   bool goes_through(const Map& map) const;
   void choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map);
   bool shows_background(const TrackingMap& view, const Map& map);
   bool looks_for_background() const {
     return options_.segmentation.is_automatic() && !options_.localize_only;
   }
-  void expect_object() { expects_object_ = true; }
-  ImageFeaturesPtr features_of(const PreparedImage& image);
-  StaticBackground background_of(const std::vector<SeenImage>& images) const;
-  FrameReport register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
-                                   const PreparedImage& image, const cv::Mat& mask);
-
-  const FrameMaker& frame_maker() const { return frame_maker_; }
-
-  MappingWorker& worker() { return worker_; }
-  const MappingWorker& worker() const { return worker_; }
-  bool rests_on_two_views() const { return rests_on_two_views_; }
-
- private:
-  // Candidate reference keyframes of a pose: those near the last tracked frame, or all.
-  enum class Among { kNear, kAll };
-
   void apply_options();
   void begin_anew();
   // The object that rotates is wanted: the features of the images are stored to find it in the end.

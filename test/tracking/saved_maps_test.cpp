@@ -11,7 +11,7 @@
 #include "support/simulated_room.h"
 #include "support/synthetic_views.h"
 #include "support/temporary_folder.h"
-#include "tracking/finished_map.h"
+#include "tracking/tracker_impl.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -163,9 +163,9 @@ TEST(SavedMaps, LocalizingOnlyNeverChangesTheMap) {
     // Lost for long: no additional map is begun.
     for (int i = 0; i < 2 * options.young_map_patience; ++i) tracker.process(1'000'000'000'000 + i, blank);
     ASSERT_TRUE(tracker.finish());
-    tracker.keep_for_later(0, walked_room().frames[0].stamp_ns, walked_room().frames[0].image);
-    tracker.fill_gaps();
-    EXPECT_EQ(tracker.maps().size(), 1u);
+    tracker.impl().keep_for_later(0, walked_room().frames[0].stamp_ns, walked_room().frames[0].image);
+    tracker.impl().fill_gaps();
+    EXPECT_EQ(tracker.impl().maps().size(), 1u);
     EXPECT_EQ(tracker.trajectory().size(), static_cast<std::size_t>(kWalkFrames));
     saved.end_before_zero();
     EXPECT_EQ(bytes_of(*tracker.copy_maps()), bytes_of(saved));
@@ -191,7 +191,7 @@ TEST(SavedMaps, WhereNoImageIsFoundNoneIsRegisteredAgain) {
   tracker.load_maps(narrow_map());
   ASSERT_TRUE(tracker.finish());
   ASSERT_TRUE(is_narrow(tracker.map()));
-  EXPECT_TRUE(tracker.adjust_frames().empty());
+  EXPECT_TRUE(tracker.impl().adjust_frames(*tracker.view()).empty());
 }
 
 TEST(SavedMaps, LocalizingOnlyBeginsNoMap) {

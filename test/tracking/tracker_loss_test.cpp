@@ -7,7 +7,7 @@
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "simulation/simulated_sequence.h"
 #include "support/simulated_room.h"
-#include "tracking/finished_map.h"
+#include "tracking/tracker_impl.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -126,7 +126,7 @@ TEST(Tracker, ANewMapIsBegunInAdditionToTheOldOne) {
     const Eigen::Vector3d moved = back.map_from_camera->translation - first.map_from_camera->translation;
     EXPECT_LT(moved.norm(), 0.02) << "in the frame it had, whose first points are at depth 1";
     ASSERT_TRUE(tracker.finish());
-    const std::vector<FinishedMap> maps = tracker.maps();
+    const std::vector<FinishedMap> maps = tracker.impl().maps();
     ASSERT_EQ(maps.size(), 2u) << "they have nothing in common";
     EXPECT_EQ(maps[0].id, first.map_id);
     EXPECT_EQ(maps[1].id, second.map_id);

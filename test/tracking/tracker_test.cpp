@@ -17,6 +17,7 @@
 #include "support/simulated_room.h"
 #include "support/temporary_folder.h"
 #include "tracking/map_snapshot.h"
+#include "tracking/tracker_impl.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -36,19 +37,18 @@ TEST(Tracker, PosesEveryImageOfARecording) {
   expect_accurate(live, 0.8, 2);
 
   ASSERT_TRUE(tracker.finish());
-  EXPECT_FALSE(tracker.rests_on_two_views());
   tracker.map().check();
   for (int i = 0; i < kFrames; ++i) {
     const auto trajectory = tracker.trajectory();
     const bool known = std::any_of(trajectory.begin(), trajectory.end(),
                                    [&](const RegisteredFrame& frame) { return frame.index == i; });
-    if (!known) tracker.register_image_again(i, room().frames[i].stamp_ns, room().frames[i].image);
+    if (!known) tracker.impl().register_image_again(i, room().frames[i].stamp_ns, room().frames[i].image);
   }
   const std::vector<RegisteredFrame> trajectory = tracker.trajectory();
   ASSERT_EQ(trajectory.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) EXPECT_EQ(trajectory[i].index, i);
   expect_accurate(registered_poses(trajectory), 0.4, 1);
-  EXPECT_TRUE(tracker.adjust_frames().empty()) << "all agree with the map";
+  EXPECT_TRUE(tracker.impl().adjust_frames(*tracker.view()).empty()) << "all agree with the map";
   expect_accurate(registered_poses(tracker.trajectory()), 0.4, 1);
   const std::shared_ptr<const MapSnapshot> all = tracker.snapshot();
   EXPECT_EQ(all->points.size(), tracker.map().landmarks().size());
@@ -78,16 +78,16 @@ TEST(Tracker, AnImageThatTheFinishedMapDoesNotRegisterHasNoPose) {
                        [&](const RegisteredFrame& frame) { return frame.index == index; });
   };
   const SimulatedFrame& frame = room().frames[index];
-  EXPECT_TRUE(tracker.register_image_again(index, frame.stamp_ns, frame.image).map_from_camera);
+  EXPECT_TRUE(tracker.impl().register_image_again(index, frame.stamp_ns, frame.image).map_from_camera);
   EXPECT_TRUE(is_registered());
   cv::Mat other;
   cv::cvtColor(random_texture(frame.image.cols, frame.image.rows, 5), other, cv::COLOR_GRAY2BGR);
-  EXPECT_FALSE(tracker.register_image_again(index, frame.stamp_ns, other).map_from_camera);
+  EXPECT_FALSE(tracker.impl().register_image_again(index, frame.stamp_ns, other).map_from_camera);
   EXPECT_FALSE(is_registered());
   const std::size_t left = tracker.trajectory().size();
   const std::int64_t keyframe = *of_keyframes.rbegin();
   EXPECT_FALSE(
-      tracker.register_image_again(keyframe, room().frames[keyframe].stamp_ns, other).map_from_camera);
+      tracker.impl().register_image_again(keyframe, room().frames[keyframe].stamp_ns, other).map_from_camera);
   EXPECT_EQ(tracker.trajectory().size(), left) << "the map still has the keyframe";
 }
 

@@ -5,7 +5,6 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <set>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -38,12 +37,7 @@ struct PreparedImage {
 
 class FeatureMemory;
 struct Sim3;
-struct ClosedLoop;
-struct FinishedMap;
-struct SeenImage;
-struct StaticBackground;
 struct TrackingMap;
-class ViewGraph;
 
 /// Tracks one camera in the map that it builds: bootstraps, registers every frame, and passes keyframes to
 /// the mapper, which runs inline (repeatable) or on a worker thread of its own.
@@ -67,16 +61,9 @@ class Tracker {
   /// ignore.
   FrameReport process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask = cv::Mat());
 
-  /// Later masks are of an object found by its motion, so that masked features have no far background.
-  void expect_object();
-
-  /// Skips the next image of a recording; it may be registered in the end.
-  void pass_over();
-
-  /// Does work on an image ahead of its turn. process, keep_for_later and register_image_again accept the
-  /// returned value in place of the image, with the same result. mask: the mask that will be given with it.
-  /// memory: cache for a recording whose images are processed more than once; index: of this image in the
-  /// recording.
+  /// Does work on an image ahead of its turn. process accepts the returned value in place of the image, with
+  /// the same result. mask: the mask that will be given with it. memory: cache for a recording whose images
+  /// are processed more than once; index: of this image in the recording.
   PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask = cv::Mat(),
                         FeatureMemory* memory = nullptr, std::int64_t index = -1) const;
 
@@ -128,50 +115,14 @@ class Tracker {
   /// recording of two images, which no third can confirm, the two-view result becomes the map. Returns false
   /// when there is no map; the last report has the reason.
   bool finish();
-  /// Registers an image in the finished map, wherever it was in the recording. The new pose replaces the
-  /// previous one in the trajectory; an image that is not registered, and no keyframe, has no pose any more.
-  FrameReport register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
-                                   const PreparedImage& image, const cv::Mat& mask = cv::Mat());
-  /// Stores an unregistered image for fill_gaps; the mask in the report is valid.
-  FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
-                             const cv::Mat& mask = cv::Mat());
-  /// Registers the stored images in the finished map: from both sides of each gap, making keyframes on the
-  /// way, and by descriptors alone beyond. The map is finished again when it has grown.
-  void fill_gaps();
-  /// Adjusts the poses of the frames between keyframes to the finished map, by the landmarks by which they
-  /// were registered. Returns the frames with which most of these are no longer consistent: they are to be
-  /// registered by their images again.
-  std::set<std::int64_t> adjust_frames();
-  /// Refines the finished map against the view graph of its keyframes (mapping/view_graph.h). Returns the
-  /// frames relative to keyframes that the graph contradicts: they no longer have a pose and may be
-  /// registered again.
-  std::set<std::int64_t> refine_with_graph();
-  /// Whether an object is separated from its background by the images alone (segmentation/method: auto), and
-  /// the finished map, if there is one, may be of an object: its landmarks stay in view.
-  bool may_have_background();
-  /// The unmasked features of an image; no result depends on the call. Null when the image does not have the
-  /// camera's size.
-  ImageFeaturesPtr features_of(const PreparedImage& image);
-  /// The static background in images of a recording while something moves.
-  StaticBackground background_of(const std::vector<SeenImage>& images) const;
-  /// All maps that could not be merged, finished; the largest, which is the present one, first.
-  std::vector<FinishedMap> maps();
-  /// Adds the findings about each map, in this order, to its QualityReport. images: number of images of the
-  /// recording with features.
-  void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
-  /// The two-view geometries of a finished recording, with which its maps were compared.
-  const ViewGraph& view_graph();
   /// The finished map.
   const Map& map() const;
-  /// The closed loops of all maps. Only inline, or after wait().
-  const std::vector<ClosedLoop>& loops() const;
-  /// Number of failed bundle adjustments; each left the map unchanged. Only inline, or after wait().
-  int failed_adjustments() const;
-  /// Whether the map has two views that no third confirmed.
-  bool rests_on_two_views() const;
+
+  class Impl;  // tracking/tracker_impl.h, a private header
+  /// More calls for the end of a recording.
+  Impl& impl() const { return *impl_; }
 
  private:
-  class Impl;
   std::unique_ptr<Impl> impl_;
 };
 

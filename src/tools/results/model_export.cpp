@@ -15,7 +15,7 @@ namespace mono_pose_tracker {
 namespace {
 
 /// Landmarks visible in an image, in pixels of the original image.
-std::vector<LandmarkPixel> landmarks_of(const Keyframe& keyframe) {
+std::vector<LandmarkPixel> observed_landmarks(const Keyframe& keyframe) {
   std::vector<LandmarkPixel> seen;
   for (int f = 0; f < keyframe.image->size(); ++f) {
     if (keyframe.landmark_of_feature[f] != kNoLandmark)
@@ -37,7 +37,7 @@ class ModelBuilder {
     const auto keyframe = keyframe_of_.find(frame.index);
     const auto registered = map_.registered.find(frame.index);
     if (keyframe != keyframe_of_.end()) {
-      seen_.push_back(landmarks_of(*keyframe->second));
+      seen_.push_back(observed_landmarks(*keyframe->second));
     } else {
       seen_.push_back(registered == map_.registered.end() ? std::vector<LandmarkPixel>()
                                                           : still_in_map(*registered->second));

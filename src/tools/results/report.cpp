@@ -137,7 +137,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
   const MapStatistics statistics = map_statistics(map);
   Json json = {{"tracked", result.tracked},
                {"confirmed", is_confirmed(result)},
-               {"reason", result.rests_on_two_views ? "two views only: unconfirmed" : result.reason},
+               {"reason", rests_on_two_views(result) ? "two views only: unconfirmed" : result.reason},
                {"frames_total", result.frames_total},
                {"frames_posed", result.trajectory.size()},
                {"frames_posed_live", result.frames_posed_live},
