@@ -207,13 +207,6 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
   };
 }
 
-bool is_changeable(const std::string& key) {
-  TrackerOptions options;
-  const std::vector<OptionEntry> table = option_table(&options);
-  return std::any_of(table.begin(), table.end(),
-                     [&](const OptionEntry& entry) { return entry.changeable && entry.key == key; });
-}
-
 void copy_changeable(const TrackerOptions& from, TrackerOptions* to) {
   TrackerOptions source = from;
   const std::vector<OptionEntry> sources = option_table(&source), targets = option_table(to);

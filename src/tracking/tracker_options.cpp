@@ -8,7 +8,6 @@
 #include "common/threads.h"
 #include "features/sift_scale_space.h"
 #include "mono_pose_tracker/tracking/options_table.h"
-#include "options_for_images.h"
 #include "tracking/load_governor.h"
 
 namespace mono_pose_tracker {
@@ -71,42 +70,36 @@ TrackerOptions TrackerOptions::cancellable(CancelFlag flag) const {
   return options;
 }
 
-TrackerOptions TrackerOptions::for_images(const cv::Size& image, SearchPace pace) const {
-  return options_for_images(*this, image, pace, kFullWork);
-}
-
-TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& image, SearchPace pace,
-                                  int load_level) {
-  TrackerOptions options = given;
+TrackerOptions TrackerOptions::for_images(const cv::Size& image, SearchPace pace, int load_level) const {
+  TrackerOptions options = *this;
   if (load_level >= kLessMapped) {
-    options.mapping.window_keyframes = std::max(given.mapping.window_keyframes / 2, 2);
-    options.mapping.matching_keyframes = std::max(given.mapping.matching_keyframes / 2, 1);
+    options.mapping.window_keyframes = std::max(mapping.window_keyframes / 2, 2);
+    options.mapping.matching_keyframes = std::max(mapping.matching_keyframes / 2, 1);
   }
   if (load_level >= kFewerFeatures) {
-    options.sift.max_features = (given.sift.max_features + 1) / 2;  // 0 (all) stays
-    options.sift.min_features = given.sift.min_features / 2;
+    options.sift.max_features = (sift.max_features + 1) / 2;  // 0 (all) stays
+    options.sift.min_features = sift.min_features / 2;
   }
-  const bool is_chosen = given.sift.first_octave.has_value();
-  SiftScale scale = choose_sift_scale(given.sift, image, pace);
+  const bool is_chosen = sift.first_octave.has_value();
+  SiftScale chosen_scale = choose_sift_scale(sift, image, pace);
   if (load_level >= kCoarserOctave && !is_chosen) {
-    options.sift.first_octave = std::min(scale.first_octave + 1, kCoarsestOctave);
-    options.sift.reduction = scale.reduction;
-    scale = choose_sift_scale(options.sift, image, pace);
+    options.sift.first_octave = std::min(chosen_scale.first_octave + 1, kCoarsestOctave);
+    options.sift.reduction = chosen_scale.reduction;
+    chosen_scale = choose_sift_scale(options.sift, image, pace);
   }
   const bool has_time = pace == SearchPace::kRecording || load_level <= kTimeToSpare;
-  const bool may_be_finer = !is_chosen && !given.sift.sigma && has_time;
+  const bool may_be_finer = !is_chosen && !sift.sigma && has_time;
   // Live, rotating objects are not outlined: the whole image is searched.
-  const bool is_finer =
-      may_be_finer && pace == SearchPace::kLive && given.segmentation.wants_turning_object();
-  if (is_finer) scale = finer(scale);
-  options.sift.first_octave = scale.first_octave;
-  options.sift.reduction = scale.reduction;
-  options.sift.sigma = scale.sigma;
-  options.sift.num_threads = choose_sift_threads(given.sift, scale, image, pace, processors());
+  const bool is_finer = may_be_finer && pace == SearchPace::kLive && segmentation.wants_turning_object();
+  if (is_finer) chosen_scale = finer(chosen_scale);
+  options.sift.first_octave = chosen_scale.first_octave;
+  options.sift.reduction = chosen_scale.reduction;
+  options.sift.sigma = chosen_scale.sigma;
+  options.sift.num_threads = choose_sift_threads(sift, chosen_scale, image, pace, processors());
   options.sift.finer_for_small_objects = may_be_finer && !is_finer;
   // An explicit octave comes with its thresholds; OpenCV's implementation has no choice of octave.
-  if (is_chosen || given.sift.implementation != "own") return options;
-  const double pixel = feature_pixel_size(scale);
+  if (is_chosen || sift.implementation != "own") return options;
+  const double pixel = feature_pixel_size(chosen_scale);
   options.inlier_threshold_px *= pixel;
   options.bootstrap.min_parallax_px *= pixel;
   options.mapping.max_reprojection_px *= pixel;

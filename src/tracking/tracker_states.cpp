@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "mono_pose_tracker/tracking/options_table.h"
-#include "options_for_images.h"
 #include "tracker_impl.h"
 #include "tracking/load_governor.h"
 
@@ -279,7 +278,7 @@ void Tracker::Impl::set_load_level(int level) {
 }
 
 void Tracker::Impl::apply_options() {
-  options_ = options_for_images(given_options_, {camera_.width(), camera_.height()}, pace_, load_level_)
+  options_ = given_options_.for_images({camera_.width(), camera_.height()}, pace_, load_level_)
                  .cancellable(&cancelled_);
   object_finder_.set_options(options_.segmentation);
   frame_maker_.set_options(options_.sift, options_.segmentation);

@@ -7,7 +7,6 @@
 
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "tracking/frame_period.h"
-#include "tracking/options_for_images.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -135,9 +134,7 @@ TEST(LoadGovernor, HasTimeToSpareUntilTheCamerasPeriodSaysOtherwise) {
 
 TEST(LoadGovernor, TimeToSpareIsForObjects) {
   TrackerOptions given;
-  const auto at = [&](int level) {
-    return options_for_images(given, {640, 480}, SearchPace::kLive, level).sift;
-  };
+  const auto at = [&](int level) { return given.for_images({640, 480}, SearchPace::kLive, level).sift; };
   EXPECT_EQ(at(kTimeToSpare).first_octave, 0);
   EXPECT_TRUE(at(kTimeToSpare).finer_for_small_objects);
   EXPECT_FALSE(at(kFullWork).finer_for_small_objects);
@@ -145,7 +142,7 @@ TEST(LoadGovernor, TimeToSpareIsForObjects) {
   ASSERT_TRUE(given.segmentation.wants_turning_object());
   EXPECT_EQ(at(kTimeToSpare).first_octave, -1);
   EXPECT_EQ(at(kFullWork).first_octave, 0);
-  EXPECT_EQ(options_for_images(given, {1920, 1080}, SearchPace::kLive, kTimeToSpare).sift.reduction, 2)
+  EXPECT_EQ(given.for_images({1920, 1080}, SearchPace::kLive, kTimeToSpare).sift.reduction, 2)
       << "finer than usual";
   given.sift.first_octave = 1;
   EXPECT_EQ(at(kTimeToSpare).first_octave, 1) << "it was chosen";
@@ -153,7 +150,7 @@ TEST(LoadGovernor, TimeToSpareIsForObjects) {
 
 TEST(LoadGovernor, EachLevelExcludesMore) {
   TrackerOptions given;
-  const auto at = [&](int level) { return options_for_images(given, {640, 480}, SearchPace::kLive, level); };
+  const auto at = [&](int level) { return given.for_images({640, 480}, SearchPace::kLive, level); };
   EXPECT_EQ(at(kLittleDrawn).mapping.window_keyframes, given.mapping.window_keyframes);
   EXPECT_EQ(at(kLessMapped).mapping.window_keyframes, given.mapping.window_keyframes / 2);
   EXPECT_EQ(at(kLessMapped).sift.max_features, given.sift.max_features);
@@ -162,7 +159,7 @@ TEST(LoadGovernor, EachLevelExcludesMore) {
   EXPECT_EQ(at(kFewerFeatures).sift.first_octave, 0);
   EXPECT_EQ(at(kCoarserOctave).sift.first_octave, 1);
   EXPECT_EQ(at(kCoarserOctave).mapping.window_keyframes, given.mapping.window_keyframes / 2);
-  const SiftOptions large = options_for_images(given, {3840, 2160}, SearchPace::kLive, kCoarserOctave).sift;
+  const SiftOptions large = given.for_images({3840, 2160}, SearchPace::kLive, kCoarserOctave).sift;
   EXPECT_EQ(large.first_octave, 1);
   EXPECT_EQ(large.reduction, 5);
   for (int level = kFullWork; level <= kCoarserOctave; ++level) EXPECT_NO_THROW(at(level).validate());

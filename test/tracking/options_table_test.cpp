@@ -223,17 +223,6 @@ TEST(OptionsTable, ChangeableOptionsAreCopiedAndNoOthers) {
   EXPECT_EQ(to.mapping.keyframe_overlap, 0.5);
 }
 
-TEST(OptionsTable, WhatIsChangeableIsKnownByItsKey) {
-  TrackerOptions options;
-  for (const OptionEntry& entry : option_table(&options)) {
-    EXPECT_EQ(is_changeable(entry.key), entry.changeable) << entry.key;
-  }
-  EXPECT_TRUE(is_changeable("mapping/max_keyframes"));
-  for (const char* key : {"seed", "sift/sigma", "segmentation/method", "mapping/no_option", ""}) {
-    EXPECT_FALSE(is_changeable(key)) << key;
-  }
-}
-
 TEST(OptionsTable, SaysWhatIsNoYaml) {
   EXPECT_NE(problem_of("a: [1, 2"), "");
   TrackerOptions options;

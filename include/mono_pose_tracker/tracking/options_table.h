@@ -34,9 +34,6 @@ std::string option_text(const OptionEntry& entry);     // its value
 std::string expected_value(const OptionEntry& entry);  // "a number from 0 to 1", ...
 bool is_in_range(const OptionEntry& entry);
 
-/// Whether the option of this key is there and changeable.
-bool is_changeable(const std::string& key);
-
 /// Copies the changeable options.
 void copy_changeable(const TrackerOptions& from, TrackerOptions* to);
 

@@ -98,7 +98,7 @@ class Tracker {
   /// Skips the work of a LoadLevel, from the next image on.
   void set_load_level(int level);
 
-  /// Sets the changeable options (is_changeable in options_table.h), from the next image on; the map stays.
+  /// Sets the changeable options (options_table.h), from the next image on; the map stays.
   /// Throws std::invalid_argument on options out of range.
   void set_options(const TrackerOptions& options);
 

@@ -76,8 +76,9 @@ struct TrackerOptions {
   MapperOptions mapper(double focal_px) const;
 
   /// The options for images of this size: octave, reduction and sigma are chosen where they are open. Where
-  /// they are chosen here, px thresholds for the features' noise grow with the searched pixels.
-  TrackerOptions for_images(const cv::Size& image, SearchPace pace) const;
+  /// they are chosen here, px thresholds for the features' noise grow with the searched pixels. load_level:
+  /// that of Tracker::set_load_level.
+  TrackerOptions for_images(const cv::Size& image, SearchPace pace, int load_level = 0) const;
 
   /// Throws std::invalid_argument naming every key at fault, its value and range.
   void validate() const;
