@@ -67,7 +67,7 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
 
 // Grown hypotheses in the order of their cost, each geometry once.
 std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseReport& pose,
-                                     const TrackerOptions& options, const BootstrapperLimits& limits) {
+                                     const TrackerOptions& options) {
   std::vector<ViewHypothesis> grown;
   for (const RelativePoseHypothesis& h : pose.hypotheses) {
     grown.push_back(grow_hypothesis(views, h.second_from_first, h.inliers, options));
@@ -76,8 +76,8 @@ std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseRep
   std::vector<ViewHypothesis> distinct;
   for (ViewHypothesis& h : grown) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ViewHypothesis& d) {
-      return is_same_geometry(d.cameras_from_map[1], h.cameras_from_map[1], limits.same_rotation,
-                              limits.same_translation);
+      return is_same_geometry(d.cameras_from_map[1], h.cameras_from_map[1], kBootstrapper.same_rotation,
+                              kBootstrapper.same_translation);
     });
     if (!known) distinct.push_back(std::move(h));
   }
@@ -88,7 +88,7 @@ std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseRep
 // separates its alternatives over time: its map is begun anyway and corrected as it grows
 // (mapping/depth_reversal.h).
 bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHypothesis& alternative,
-                  const TrackerOptions& options, const BootstrapperLimits& limits) {
+                  const TrackerOptions& options) {
   const double more = alternative.cost - best.cost;
   if (options.bootstrap.min_evidence == 0) return true;
   if (more < options.bootstrap.min_evidence * best.cost) return false;
@@ -103,12 +103,12 @@ bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHy
   if (is_narrow(bearings)) return true;
   const double usual = best.cost / static_cast<double>(observations);
   const double out = options.inlier_threshold_px * options.inlier_threshold_px;
-  return more >= std::min(limits.min_evidence * usual, limits.min_evidence_outliers * out);
+  return more >= std::min(kBootstrapper.min_evidence * usual, kBootstrapper.min_evidence_outliers * out);
 }
 
 // Whether the best of the hypotheses is good enough for a map; the report has the reason if not.
 bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses, const TrackerOptions& options,
-           const BootstrapperLimits& bootstrapper, BootstrapReport* report) {
+           BootstrapReport* report) {
   const BootstrapOptions& limits = options.bootstrap;
   const ViewHypothesis& best = hypotheses[0];
   const double parallax = median_parallax(views, best);
@@ -128,7 +128,7 @@ bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses, 
     report->reason = Reason::kAwaitingConfirmation;
     report->text = formatted("a third view confirms %.0f %% of the points, %.0f %% needed",
                              100 * best.confirmed, 100 * limits.min_confirmed);
-  } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options, bootstrapper)) {
+  } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options)) {
     report->reason = Reason::kAmbiguousPose;
     report->text = formatted("an alternative geometry of the %d matches fits within %.1f %% of the best",
                              report->matches, 100 * (hypotheses[1].cost / best.cost - 1));
@@ -207,7 +207,8 @@ bool Bootstrapper::has_left_reference() const {
   const auto going_on = std::count_if(matches.begin(), matches.end(), [&](const Match& m) {
     return is_far(from.features[m.first], to.features[m.second]);
   });
-  return going_on >= options_.bootstrap.min_matches && going_on > limits_.left_reference * far_of_reference;
+  return going_on >= options_.bootstrap.min_matches &&
+         going_on > kBootstrapper.left_reference * far_of_reference;
 }
 
 // Thins the frames of a camera at rest to every other one: third views do not need more.
@@ -309,8 +310,8 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   const ViewSet views = collect(used, fixed, &frames);
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
-  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_, limits_);
-  if (judge(views, hypotheses, options_, limits_, &report)) {
+  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
+  if (judge(views, hypotheses, options_, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
     report.map->views.front().fixed = fixed;  // the reference is the oldest
     if (!still_.empty()) report_motions(&report);
@@ -342,11 +343,11 @@ BootstrapReport Bootstrapper::unconfirmed() const {
   const ViewSet views = collect({0, static_cast<int>(candidates_.size()) - 1}, {}, &frames);
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
-  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_, limits_);
+  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
   TrackerOptions two_view = options_;
   two_view.bootstrap.min_confirmed = 0;
   two_view.bootstrap.min_evidence = 0;
-  if (judge(views, hypotheses, two_view, limits_, &report)) {
+  if (judge(views, hypotheses, two_view, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
   }
   return report;

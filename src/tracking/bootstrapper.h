@@ -38,7 +38,6 @@ struct BootstrapReport {
 
 /// Thresholds of the Bootstrapper in addition to the user's BootstrapOptions.
 struct BootstrapperLimits {
-  TwoMotionsOptions two_motions;
   int two_motions_frames = 3;  // consecutive frames that must show an object in front of a static background:
                                // one may do so by chance
   double still_camera = 0.9;   // share of static matches when the camera is at rest and nothing large moves
@@ -55,15 +54,15 @@ struct BootstrapperLimits {
   // wrong geometry, with more one in seventy.
   double min_evidence = 80, min_evidence_outliers = 8;
 };
+inline constexpr BootstrapperLimits kBootstrapper{};
 
 /// Makes the first map (paper, step 3): 5-point RANSAC between a reference frame and the newest one. A
 /// two-view geometry may have an alternative that fits as well (planar two-fold ambiguity, narrow views). All
 /// of them are kept until a third view decides.
 class Bootstrapper {
  public:
-  Bootstrapper(const TrackerOptions& options, const CameraModel& camera,
-               const BootstrapperLimits& limits = {})
-      : options_(options), camera_(camera), limits_(limits) {}
+  Bootstrapper(const TrackerOptions& options, const CameraModel& camera)
+      : options_(options), camera_(camera) {}
 
   /// The reason is kOk when the report holds a map.
   BootstrapReport add(const Frame& frame);
@@ -103,7 +102,6 @@ class Bootstrapper {
 
   TrackerOptions options_;
   CameraModel camera_;
-  BootstrapperLimits limits_;
   std::deque<Candidate> candidates_;  // the reference first
   int two_motions_seen_ = 0;          // consecutive frames
   bool view_reached_round_ = false;   // around the static features: they are ego-vehicle features

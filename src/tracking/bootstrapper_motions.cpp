@@ -71,28 +71,27 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
     separate_newest();
     return true;
   }
-  TwoMotions motions =
-      find_two_motions(*candidates_.front().frame.image, *newest.frame.image, newest.feature_of_reference,
-                       moved_between(), camera_, options_, limits_.two_motions);
+  TwoMotions motions = find_two_motions(*candidates_.front().frame.image, *newest.frame.image,
+                                        newest.feature_of_reference, moved_between(), camera_, options_);
   // When the camera moves on, only the centre of the first view is left in the newest.
   view_reached_round_ = view_reached_round_ || motions.is_ego_vehicle;
   if (motions.found && view_reached_round_) {
     motions.found = false;
     motions.is_ego_vehicle = true;
   }
-  camera_is_still_ = static_cast<double>(motions.still.size()) > limits_.still_camera * motions.matches;
+  camera_is_still_ = static_cast<double>(motions.still.size()) > kBootstrapper.still_camera * motions.matches;
   if (motions.is_ego_vehicle) {
     fixed->assign(candidates_.front().frame.image->size(), 0);
     for (const int f : motions.still_of_first) (*fixed)[f] = 1;
   }
   two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
   report->matches = motions.matches;
-  if (two_motions_seen_ >= limits_.two_motions_frames && !segmentation.is_off()) {
+  if (two_motions_seen_ >= kBootstrapper.two_motions_frames && !segmentation.is_off()) {
     camera_is_still_ = false;  // a new object is in all later candidates
     begin_separation(motions);
     return true;
   }
-  if (two_motions_seen_ >= limits_.two_motions_frames) still_ = motions.still;
+  if (two_motions_seen_ >= kBootstrapper.two_motions_frames) still_ = motions.still;
   return is_one_motion(motions, report);
 }
 

@@ -5,7 +5,6 @@
 #include <unordered_set>
 #include <utility>
 
-#include "aliased_place.h"
 #include "common/rotation.h"
 #include "common/text.h"
 #include "mapping/landmark_pose.h"
@@ -15,6 +14,8 @@
 namespace mono_pose_tracker {
 
 namespace {
+
+constexpr FrameRegistrarOptions kRegistrar{};
 
 std::string shortfall(int found, int needed, const char* what) {
   return formatted("%d %s, %d needed", found, what, needed);
@@ -45,14 +46,55 @@ Matrix6d covariance_of_map_from_camera(const Matrix6d& of_camera_from_map, const
 
 // Adds the uncertainty of the reference keyframe in the map. All its points share it, so it is independent of
 // the frame's own matches.
-void add_uncertainty_of_map(const TrackingMap& map, KeyframeId reference, double error_correlation,
-                            RegistrationReport* report) {
+void add_uncertainty_of_map(const TrackingMap& map, KeyframeId reference, RegistrationReport* report) {
   const auto keyframe = map.keyframes.find(reference);
   const auto known = map.covariances.find(reference);
   if (!report->success || keyframe == map.keyframes.end() || known == map.covariances.end()) return;
   const Matrix6d carried = adjoint(report->camera_from_map * keyframe->second.camera_from_map.inverse());
   report->map_covariance = covariance_of_map_from_camera(
-      error_correlation * carried * known->second * carried.transpose(), report->camera_from_map);
+      kRegistrar.error_correlation * carried * known->second * carried.transpose(), report->camera_from_map);
+}
+
+// Registration of a frame by the descriptors of one keyframe.
+struct FoundPlace {
+  KeyframeId keyframe;
+  RegistrationReport report;
+};
+
+// Median distance in the image between the landmarks of one registration under its own pose and under the
+// other.
+double offset_px(const TrackingMap& map, const CameraModel& camera, const RegistrationReport& found,
+                 const Rigid3& camera_from_map) {
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> x_in_camera;
+  for (const FrameObservation& o : found.observations) {
+    const auto landmark = map.landmarks.find(o.landmark);
+    if (landmark == map.landmarks.end()) continue;
+    x_in_camera.emplace_back(found.camera_from_map * landmark->second, camera_from_map * landmark->second);
+  }
+  return disagreement_px(camera, x_in_camera);
+}
+
+bool may_be_drift(const TrackingMap& map, const FoundPlace& a, const FoundPlace& b) {
+  const Rigid3 a_in_map = a.report.camera_from_map.inverse(), b_in_map = b.report.camera_from_map.inverse();
+  if (a_in_map.rotation.angularDistance(b_in_map.rotation) > kRegistrar.places.max_rotation_drift)
+    return false;
+  return (a_in_map.translation - b_in_map.translation).norm() <=
+         kRegistrar.places.max_drift *
+             path_length_between(map.keyframes, map.keyframes.at(a.keyframe), map.keyframes.at(b.keyframe));
+}
+
+// Whether the best place is ambiguous: another place explains the frame nearly as well with a different pose,
+// such as another door of a row. The frame cannot decide between them. Duplicated structure due to drift
+// counts as one place.
+bool has_alias(const TrackingMap& map, const CameraModel& camera, const std::vector<FoundPlace>& places,
+               const FoundPlace& best) {
+  return std::any_of(places.begin(), places.end(), [&](const FoundPlace& other) {
+    return other.report.success &&
+           other.report.support.found > kRegistrar.places.aliased_share * best.report.support.found &&
+           offset_px(map, camera, other.report, best.report.camera_from_map) >
+               kRegistrar.places.elsewhere_px * image_scale(camera) &&
+           !may_be_drift(map, best, other);
+  });
 }
 
 }  // namespace
@@ -121,9 +163,9 @@ RegistrationReport FrameRegistrar::pose_from_matches(const Frame& frame,
   return report;
 }
 
-ProjectionMatchOptions FrameRegistrar::near_a_pose() const {
+ProjectionMatchOptions FrameRegistrar::within(double radius_px) const {
   ProjectionMatchOptions guided;
-  guided.radius_px = options_.resection.refine_radius_px * image_scale(camera_);
+  guided.radius_px = radius_px;
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.cancelled;
   return guided;
@@ -132,7 +174,8 @@ ProjectionMatchOptions FrameRegistrar::near_a_pose() const {
 void FrameRegistrar::refine(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
                             RegistrationReport* report) const {
   const GuidedPose pose =
-      refine_by_guided_matching(candidates, *frame.image, report->camera_from_map, near_a_pose());
+      refine_by_guided_matching(candidates, *frame.image, report->camera_from_map,
+                                within(options_.resection.refine_radius_px * image_scale(camera_)));
   if (pose.converged) {
     report->camera_from_map = pose.camera_from_map;
     report->covariance = covariance_of_map_from_camera(pose.covariance, pose.camera_from_map);
@@ -171,11 +214,8 @@ void FrameRegistrar::refine(const Frame& frame, const std::vector<LandmarkCandid
 RegistrationReport FrameRegistrar::by_prediction(const Frame& frame,
                                                  const std::vector<LandmarkCandidate>& candidates,
                                                  const Rigid3& predicted) const {
-  ProjectionMatchOptions guided;
-  guided.radius_px = options_.resection.search_radius * longer_side(camera_);
-  guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
-  guided.cancelled = options_.cancelled;
-  guided.min_ratio = limits_.ratio_where_expected;
+  ProjectionMatchOptions guided = within(options_.resection.search_radius * longer_side(camera_));
+  guided.min_ratio = kRegistrar.ratio_where_expected;
   return pose_from_matches(frame, candidates,
                            match_by_projection(candidates, *frame.image, predicted, guided));
 }
@@ -200,7 +240,7 @@ RegistrationReport FrameRegistrar::register_frame(const Frame& frame, const Trac
     report = by_descriptors(frame, candidates);
     if (report.success) refine(frame, candidates, &report);
   }
-  add_uncertainty_of_map(map, reference, limits_.error_correlation, &report);
+  add_uncertainty_of_map(map, reference, &report);
   return report;
 }
 
@@ -210,7 +250,7 @@ RegistrationReport FrameRegistrar::look_at_place(const Frame& frame, const Track
                                                  KeyframeId id) const {
   RegistrationReport report = by_descriptors(frame, candidates_of(map, {id}));
   if (report.success) refine(frame, local_candidates(map, id), &report);
-  add_uncertainty_of_map(map, id, limits_.error_correlation, &report);
+  add_uncertainty_of_map(map, id, &report);
   if (report.success && !is_supported(report.support, options_.resection.min_inliers)) {
     report.success = false;
     report.reason = Reason::kTooFewInliers;
@@ -232,7 +272,7 @@ RegistrationReport FrameRegistrar::relocalize(const Frame& frame, const Tracking
   RegistrationReport report;
   report.text = "no keyframe is similar to the image";
   if (best) report = best->report;
-  if (report.success && has_alias(map, camera_, places, *best, limits_.places)) {
+  if (report.success && has_alias(map, camera_, places, *best)) {
     report.success = false;
     report.reason = Reason::kAmbiguousPose;
     report.text = "two poses in the map fit the image equally well";

@@ -52,9 +52,8 @@ bool is_better(const RegistrationReport& a, const RegistrationReport& b);
 /// matching around the pose, robust motion-only refinement. Keeps no state between frames.
 class FrameRegistrar {
  public:
-  FrameRegistrar(const TrackerOptions& options, const CameraModel& camera,
-                 const FrameRegistrarOptions& limits = {})
-      : options_(options), camera_(camera), limits_(limits) {}
+  FrameRegistrar(const TrackerOptions& options, const CameraModel& camera)
+      : options_(options), camera_(camera) {}
 
   /// Registers against the landmarks of the reference keyframe and its covisible keyframes. The prediction
   /// only guides the matching; where there is none or it fails, descriptors alone decide.
@@ -70,7 +69,7 @@ class FrameRegistrar {
   std::vector<LandmarkCandidate> local_candidates(const TrackingMap& map, KeyframeId reference) const;
   std::vector<LandmarkCandidate> candidates_of(const TrackingMap& map,
                                                const std::vector<KeyframeId>& keyframes) const;
-  ProjectionMatchOptions near_a_pose() const;
+  ProjectionMatchOptions within(double radius_px) const;
   RegistrationReport by_prediction(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
                                    const Rigid3& predicted) const;
   RegistrationReport by_descriptors(const Frame& frame,
@@ -83,7 +82,6 @@ class FrameRegistrar {
 
   TrackerOptions options_;
   CameraModel camera_;
-  FrameRegistrarOptions limits_;
 };
 
 }  // namespace mono_pose_tracker

@@ -9,10 +9,11 @@
 
 namespace mono_pose_tracker {
 
+constexpr InnovationGateOptions kGate{};
+
 double InnovationGate::learn(double variance, double squared) const {
-  const double weight = std::max(options_.weight, 1.0 / (learnt_ + 1));
-  const double clipped =
-      learnt_ < options_.least_learnt ? squared : std::min(squared, options_.clip * variance);
+  const double weight = std::max(kGate.weight, 1.0 / (learnt_ + 1));
+  const double clipped = learnt_ < kGate.least_learnt ? squared : std::min(squared, kGate.clip * variance);
   return (1 - weight) * variance + weight * clipped;
 }
 
@@ -54,9 +55,9 @@ std::optional<std::string> InnovationGate::doubt_of(std::int64_t stamp_ns,
   // A pose after a doubtful one needs the support of a relocalisation.
   const bool goes_on_in_doubt = in_a_row_ > 0 && !is_supported(registration.support, min_inliers);
   const bool is_outlier =
-      learnt_ >= options_.least_learnt &&
-      (goes_on_in_doubt || (distance2 > options_.gate && share < options_.unexplained * usual_share_));
-  if (!is_outlier) usual_share_ += std::max(options_.weight, 1.0 / (learnt_ + 1)) * (share - usual_share_);
+      learnt_ >= kGate.least_learnt &&
+      (goes_on_in_doubt || (distance2 > kGate.gate && share < kGate.unexplained * usual_share_));
+  if (!is_outlier) usual_share_ += std::max(kGate.weight, 1.0 / (learnt_ + 1)) * (share - usual_share_);
   rotation_variance_ = learn(rotation_variance_, turn * turn / 3);
   translation_variance_ = learn(translation_variance_, shift * shift / 3);
   ++learnt_;

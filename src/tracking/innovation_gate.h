@@ -26,8 +26,6 @@ struct InnovationGateOptions {
 // One thread.
 class InnovationGate {
  public:
-  explicit InnovationGate(const InnovationGateOptions& options = {}) : options_(options) {}
-
   // Called once for each registered frame, in order. predicted_camera_from_map: nothing where the frame
   // before had no pose. min_inliers: minimum of any pose. Returns the reason for doubt; nothing where there
   // is none.
@@ -43,7 +41,7 @@ class InnovationGate {
   }
   // The unit of the map changes.
   void rescale(double scale) { translation_variance_ *= scale * scale; }
-  void reset() { *this = InnovationGate(options_); }
+  void reset() { *this = {}; }
 
  private:
   std::optional<std::string> doubt_of(std::int64_t stamp_ns, const RegistrationReport& registration,
@@ -52,7 +50,6 @@ class InnovationGate {
 
   double learn(double variance, double squared) const;
 
-  InnovationGateOptions options_;
   int in_a_row_ = 0;
   std::optional<std::int64_t> last_stamp_ns_;
   double usual_gap_ns_ = 0;  // between frames

@@ -11,6 +11,8 @@
 
 namespace mono_pose_tracker {
 
+constexpr KeyframePolicyOptions kPolicy{};
+
 Overlap overlap_with(const TrackingMap& map, KeyframeId id, const RegistrationReport& registration,
                      const CameraModel& camera) {
   Overlap overlap;
@@ -44,15 +46,15 @@ bool KeyframePolicy::is_due(const TrackingMap& map, const Overlap& overlap, int 
   newest_keyframe_ = newest;
   most_inliers_ = std::max(most_inliers_, inliers);
   // While one mapping job is running the next may wait. Behind more than one, a keyframe would be outdated.
-  const bool urgent = overlap.in_view < limits_.urgent_share * options_.keyframe_overlap ||
-                      inliers < limits_.urgent_share * options_.keyframe_found * most_inliers_;
+  const bool urgent = overlap.in_view < kPolicy.urgent_share * options_.keyframe_overlap ||
+                      inliers < kPolicy.urgent_share * options_.keyframe_found * most_inliers_;
   if (unfinished_jobs > 1 && !urgent) return false;
   const bool young = static_cast<int>(map.keyframes.size()) <= young_map_keyframes_;
-  const double parallax = options_.keyframe_parallax_deg / (young ? limits_.young_parallax_divisor : 1);
+  const double parallax = options_.keyframe_parallax_deg / (young ? kPolicy.young_parallax_divisor : 1);
   if (overlap.parallax_deg > parallax || overlap.in_view < options_.keyframe_overlap) return true;
   // Landmarks in view are no longer found: another side, scale or light.
   return inliers < options_.keyframe_found * most_inliers_ &&
-         overlap.parallax_deg > limits_.least_parallax_share * parallax;
+         overlap.parallax_deg > kPolicy.least_parallax_share * parallax;
 }
 
 }  // namespace mono_pose_tracker

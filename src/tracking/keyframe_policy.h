@@ -28,9 +28,8 @@ struct KeyframePolicyOptions {
 class KeyframePolicy {
  public:
   // A map with at most young_map_keyframes keyframes is young.
-  KeyframePolicy(const MappingOptions& options, int young_map_keyframes,
-                 const KeyframePolicyOptions& limits = {})
-      : options_(options), limits_(limits), young_map_keyframes_(young_map_keyframes) {}
+  KeyframePolicy(const MappingOptions& options, int young_map_keyframes)
+      : options_(options), young_map_keyframes_(young_map_keyframes) {}
 
   // Called once for each registered frame, with its number of inliers and the number of unfinished mapping
   // jobs.
@@ -45,7 +44,6 @@ class KeyframePolicy {
 
  private:
   MappingOptions options_;
-  KeyframePolicyOptions limits_;
   int young_map_keyframes_;
   KeyframeId newest_keyframe_ = -1;  // at the last frame
   int most_inliers_ = 0;             // over the frames since that keyframe

@@ -11,6 +11,8 @@
 
 namespace mono_pose_tracker {
 
+constexpr ObjectFinderOptions kFinder{};
+
 std::vector<cv::Point2f> pixels_of(const Frame& frame, const RegistrationReport& registration) {
   std::vector<cv::Point2f> pixels;
   for (const FrameObservation& o : registration.observations) {
@@ -20,10 +22,8 @@ std::vector<cv::Point2f> pixels_of(const Frame& frame, const RegistrationReport&
   return pixels;
 }
 
-ObjectFinder::ObjectFinder(const SegmentationOptions& options, const CameraModel& camera,
-                           const ObjectFinderOptions& limits)
+ObjectFinder::ObjectFinder(const SegmentationOptions& options, const CameraModel& camera)
     : options_(options),
-      limits_(limits),
       camera_(camera),
       segmenter_(options, read_background_image(options)),
       motion_mask_(options) {}
@@ -100,9 +100,9 @@ void ObjectFinder::follow(const Frame& frame, const TrackingMap& map,
     moved = std::min(moved, moved_since(visited, frame, map, registration));
   }
   const bool is_known = moved < std::numeric_limits<double>::max();  // otherwise this is the first place
-  const bool is_new = is_known && moved >= limits_.least_move_px;
+  const bool is_new = is_known && moved >= kFinder.least_move_px;
   if (is_new || !is_known) visited_.push_back(registration.camera_from_map);
-  if (visited_.size() > limits_.most_visited) visited_.erase(visited_.begin());
+  if (visited_.size() > kFinder.most_visited) visited_.erase(visited_.begin());
   motion_mask_.observe(pixels_of(frame, registration), is_new ? moved : 0);
 }
 

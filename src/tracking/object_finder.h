@@ -28,8 +28,7 @@ struct ObjectFinderOptions {
 class ObjectFinder {
  public:
   // Throws std::invalid_argument when the background image cannot be read.
-  ObjectFinder(const SegmentationOptions& options, const CameraModel& camera,
-               const ObjectFinderOptions& limits = {});
+  ObjectFinder(const SegmentationOptions& options, const CameraModel& camera);
 
   // Segments the next image. given: a mask (not 0: object), or empty. may_begin: this image may begin a map.
   // masks: the object found by its motion is the one that is tracked or searched.
@@ -69,7 +68,6 @@ class ObjectFinder {
   bool masks_at(std::int64_t frame_index) const;
 
   SegmentationOptions options_;
-  ObjectFinderOptions limits_;
   CameraModel camera_;
   Segmenter segmenter_;
   MotionMask motion_mask_;

@@ -8,6 +8,8 @@
 
 namespace mono_pose_tracker {
 
+constexpr ObjectFollowerOptions kFollower{};
+
 bool ObjectFollower::follow(const TrackerOptions& options, Frame* frame) {
   known_.assign(frame->image->size(), FeatureMotion::kUnknown);
   for (const Match& m :
@@ -15,7 +17,7 @@ bool ObjectFollower::follow(const TrackerOptions& options, Frame* frame) {
     known_[m.second] = last_.sides[m.first];
   }
   const std::vector<cv::Point2f> turning = known_pixels(*frame->image, FeatureMotion::kTurns);
-  if (turning.size() < options_.min_features) return false;
+  if (turning.size() < kFollower.min_features) return false;
   *frame = settle(*frame, turning);
   return true;
 }
@@ -31,7 +33,7 @@ Frame ObjectFollower::settle(const Frame& frame, const std::vector<cv::Point2f>&
 }
 
 void ObjectFollower::settle(const std::vector<cv::Point2f>& inliers) {
-  if (inliers.size() >= options_.min_features) divide(last_.image, inliers);
+  if (inliers.size() >= kFollower.min_features) divide(last_.image, inliers);
 }
 
 std::vector<cv::Point2f> ObjectFollower::known_pixels(const ImageFeatures& image, FeatureMotion side) const {

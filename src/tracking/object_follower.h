@@ -18,8 +18,7 @@ struct ObjectFollowerOptions {
 // cannot be evaluated a second time.
 class ObjectFollower {
  public:
-  explicit ObjectFollower(TurningObject start, const ObjectFollowerOptions& options = {})
-      : options_(options), last_(std::move(start)) {}
+  explicit ObjectFollower(TurningObject start) : last_(std::move(start)) {}
 
   // Reduces the frame to the object's features: those nearer to matched features of the object than to ones
   // that move independently. Returns false and keeps all features where too few of the object's are found.
@@ -37,7 +36,6 @@ class ObjectFollower {
   // the nearest feature.
   void divide(ImageFeaturesPtr image, const std::vector<cv::Point2f>& turning);
 
-  ObjectFollowerOptions options_;
   TurningObject last_;
   std::vector<FeatureMotion> known_;  // of the features of the last image, by the one before
 };

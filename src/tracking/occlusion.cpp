@@ -11,6 +11,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr OcclusionOptions kOcclusion{};
+
 // Landmarks near a place, and the number of found ones.
 struct Seen {
   int expected = 0, found = 0;
@@ -40,27 +42,27 @@ double usual_share(const std::vector<ExpectedLandmark>& landmarks, double near_p
 
 // Whether at least one landmark fewer than the limit is found. By chance that happens at one place in
 // fourteen where nearly three are usual, in one of thirty where more than five are.
-bool is_hidden(const Seen& seen, double usual, double min_of_usual) {
-  return seen.found + 1 <= min_of_usual * usual * seen.expected;
+bool is_hidden(const Seen& seen, double usual) {
+  return seen.found + 1 <= kOcclusion.min_of_usual * usual * seen.expected;
 }
 
 }  // namespace
 
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
-                                  double scale, bool is_mask_given, const OcclusionOptions& options) {
-  const double near_px = options.near_px * scale;
+                                  double scale, bool is_mask_given) {
+  const double near_px = kOcclusion.near_px * scale;
   const double usual = is_mask_given ? usual_share(landmarks, near_px) : 0;
   std::vector<char> flags(image.size());
   for (int i = 0; i < image.size(); ++i) {
     const Seen seen = seen_near(image.set.features[i].pixel.cast<double>(), landmarks, near_px);
-    flags[i] = is_mask_given ? !is_hidden(seen, usual, options.min_of_usual)
-                             : seen.found > 0 && seen.found >= options.min_found * seen.expected;
+    flags[i] = is_mask_given ? !is_hidden(seen, usual)
+                             : seen.found > 0 && seen.found >= kOcclusion.min_found * seen.expected;
   }
   return flags;
 }
 
 void exclude_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
-                       KeyframeCandidate* candidate, const OcclusionOptions& options) {
+                       KeyframeCandidate* candidate) {
   std::unordered_set<LandmarkId> seen;
   for (const FrameObservation& o : candidate->observations) seen.insert(o.landmark);
   std::vector<ExpectedLandmark> expected;
@@ -78,7 +80,7 @@ void exclude_occluders(const TrackingMap& map, const CameraModel& camera, const 
     expected.push_back({image.set.features[o.feature].pixel.cast<double>(), true});
   }
   std::vector<char> flags =
-      features_to_map(image, expected, image_scale(camera), candidate->frame.is_mask_given, options);
+      features_to_map(image, expected, image_scale(camera), candidate->frame.is_mask_given);
   for (const FrameObservation& o : candidate->observations) flags[o.feature] = 1;
   std::vector<int> new_index(flags.size());
   int kept = 0;

@@ -30,12 +30,11 @@ struct OcclusionOptions {
 // others may be of anything else in the mask. With a given mask: all features except where fewer landmarks
 // are found than is usual, even after a large step. scale: the image_scale.
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
-                                  double scale, bool is_mask_given = false,
-                                  const OcclusionOptions& options = {});
+                                  double scale, bool is_mask_given = false);
 
 // Excludes occluders from a candidate: a mask may hold more than the object, such as a hand in front of it,
 // which must not be mapped. The candidate's reference is a keyframe of the map.
 void exclude_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
-                       KeyframeCandidate* candidate, const OcclusionOptions& options = {});
+                       KeyframeCandidate* candidate);
 
 }  // namespace mono_pose_tracker

@@ -14,6 +14,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr TwoMotionsOptions kTwoMotions{};
+
 double distance2(const cv::Point2f& a, const Eigen::Vector2f& b) {
   const double dx = a.x - b.x(), dy = a.y - b.y();
   return dx * dx + dy * dy;
@@ -24,10 +26,6 @@ double nearest2(const std::vector<cv::Point2f>& places, const Eigen::Vector2f& p
   for (const cv::Point2f& p : places) nearest = std::min(nearest, distance2(p, pixel));
   return nearest;
 }
-
-}  // namespace
-
-namespace {
 
 // Shifts of a share of the matches.
 struct Shifts {
@@ -48,23 +46,23 @@ Shifts shifts_of(const std::vector<Eigen::Vector2f>& shifts, double still, doubl
 }
 
 // Many features that are static within the noise.
-bool are_many_still(const std::vector<Eigen::Vector2f>& shifts, double size, const TwoMotionsOptions& t) {
-  const Shifts s = shifts_of(shifts, t.still_px * size, t.nearly_still_px * size);
+bool are_many_still(const std::vector<Eigen::Vector2f>& shifts, double size) {
+  const Shifts s = shifts_of(shifts, kTwoMotions.still_px * size, kTwoMotions.nearly_still_px * size);
   const auto still = static_cast<double>(s.x.size());
-  return still >= t.min_still && still >= t.min_still_share * static_cast<double>(shifts.size()) &&
-         still >= t.min_still_of_nearly * s.nearly &&
-         std::hypot(median(s.x), median(s.y)) <= t.max_mean_shift_px * size;
+  return still >= kTwoMotions.min_still &&
+         still >= kTwoMotions.min_still_share * static_cast<double>(shifts.size()) &&
+         still >= kTwoMotions.min_still_of_nearly * s.nearly &&
+         std::hypot(median(s.x), median(s.y)) <= kTwoMotions.max_mean_shift_px * size;
 }
 
 // A few nearly static features while the others are far away.
-bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, double size,
-                   const TwoMotionsOptions& t) {
-  const Shifts s = shifts_of(shifts, t.few_still_px * size, t.nearly_few_still_px * size);
+bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, double size) {
+  const Shifts s = shifts_of(shifts, kTwoMotions.few_still_px * size, kTwoMotions.nearly_few_still_px * size);
   const auto still = static_cast<double>(s.x.size());
-  return moved_px >= t.min_few_moved_px * size && still >= t.min_few_still &&
-         still >= t.min_few_still_share * static_cast<double>(shifts.size()) &&
-         still >= t.min_few_of_nearly * s.nearly &&
-         std::hypot(median(s.x), median(s.y)) <= t.max_few_mean_shift_px * size;
+  return moved_px >= kTwoMotions.min_few_moved_px * size && still >= kTwoMotions.min_few_still &&
+         still >= kTwoMotions.min_few_still_share * static_cast<double>(shifts.size()) &&
+         still >= kTwoMotions.min_few_of_nearly * s.nearly &&
+         std::hypot(median(s.x), median(s.y)) <= kTwoMotions.max_few_mean_shift_px * size;
 }
 
 // Present pixels of the features that obey the motion, however small.
@@ -88,8 +86,7 @@ std::vector<cv::Point2f> moved_as(const ImageFeatures& first, const ImageFeature
 
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
                             const std::vector<int>& second_of_first, const std::vector<char>& has_moved,
-                            const CameraModel& camera, const TrackerOptions& options,
-                            const TwoMotionsOptions& thresholds) {
+                            const CameraModel& camera, const TrackerOptions& options) {
   const double size = image_scale(camera);
   TwoMotions motions;
   std::vector<Eigen::Vector3d> bearings1, bearings2;
@@ -104,9 +101,9 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
     const double length = shift.norm();
     // A feature that returned to its place was not static.
     const bool came_back =
-        !has_moved.empty() && has_moved[f] && length < thresholds.nearly_few_still_px * size;
+        !has_moved.empty() && has_moved[f] && length < kTwoMotions.nearly_few_still_px * size;
     if (!came_back) shifts.push_back(shift);
-    if (length < thresholds.few_still_px * size) {
+    if (length < kTwoMotions.few_still_px * size) {
       if (came_back) continue;
       motions.still.emplace_back(to.x(), to.y());
       motions.still_of_first.push_back(static_cast<int>(f));
@@ -119,8 +116,7 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   }
   motions.moved_px = median(moved);
   if (static_cast<int>(moved.size()) < options.bootstrap.min_landmarks ||
-      !(are_many_still(shifts, size, thresholds) ||
-        are_few_still(shifts, motions.moved_px, size, thresholds))) {
+      !(are_many_still(shifts, size) || are_few_still(shifts, motions.moved_px, size))) {
     return motions;
   }
   RelativePoseOptions pose_options;
@@ -128,11 +124,11 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   pose_options.without_accidental_matches = false;  // another object's matches are localised
   const RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
   motions.found = pose.success && pose.hypotheses[0].num_inliers >= options.bootstrap.min_landmarks &&
-                  pose.hypotheses[0].num_inliers >= thresholds.min_rigid * static_cast<double>(moved.size());
+                  pose.hypotheses[0].num_inliers >= kTwoMotions.min_rigid * static_cast<double>(moved.size());
   if (!motions.found || options.segmentation.wants_turning_object()) return motions;
   const std::vector<cv::Point2f> rigid =
       moved_as(first, second, second_of_first, pose.hypotheses[0].second_from_first,
-               thresholds.few_still_px * size, pose_options.ransac.threshold);
+               kTwoMotions.few_still_px * size, pose_options.ransac.threshold);
   motions.is_ego_vehicle = reaches_round(rigid, motions.still, camera);
   motions.found = !motions.is_ego_vehicle;
   return motions;

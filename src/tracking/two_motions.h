@@ -55,8 +55,7 @@ struct TwoMotions {
 /// moving features obey one rigid motion. With segmentation/body: turning, the object is always wanted.
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
                             const std::vector<int>& second_of_first, const std::vector<char>& has_moved,
-                            const CameraModel& camera, const TrackerOptions& options,
-                            const TwoMotionsOptions& thresholds = {});
+                            const CameraModel& camera, const TrackerOptions& options);
 
 /// Features of the object: those nearer to a moving feature than to a static one. One flag for each feature.
 std::vector<char> features_of_object(const ImageFeatures& image, const std::vector<cv::Point2f>& moved,
