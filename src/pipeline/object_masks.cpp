@@ -11,24 +11,27 @@ namespace mono_pose_tracker {
 
 namespace {
 
-std::vector<MotionTrack> outvoted(const std::vector<MotionTrack>& tracks, std::size_t voters) {
+constexpr ObjectMasksOptions kObjectMasks{};
+constexpr ObjectOutlinesOptions kOutlines{};
+
+std::vector<MotionTrack> outvoted(const std::vector<MotionTrack>& tracks) {
   std::vector<MotionTrack> smooth = tracks;
   for (MotionTrack& track : smooth) {
     DistantVotes near;
     for (const MotionTrack& t : tracks) near.emplace_back((t.from - track.from).squaredNorm(), t.is_other);
-    track.is_other = most_of_nearest(voters, std::move(near));
+    track.is_other = most_of_nearest(kObjectMasks.voters, std::move(near));
   }
   return smooth;
 }
 
 // Landmarks of the nearest keyframes.
-std::vector<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map,
-                                       std::size_t keyframes) {
+std::vector<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map) {
   std::vector<std::pair<double, KeyframeId>> near;
   for (const auto& entry : map.keyframes()) {
     near.emplace_back((entry.second.center_in_map() - center_in_map).norm(), entry.first);
   }
-  const auto last = near.begin() + static_cast<std::ptrdiff_t>(std::min(keyframes, near.size()));
+  const auto last =
+      near.begin() + static_cast<std::ptrdiff_t>(std::min(kOutlines.nearest_keyframes, near.size()));
   std::partial_sort(near.begin(), last, near.end());
   std::vector<KeyframeId> nearest;
   for (auto k = near.begin(); k != last; ++k) nearest.push_back(k->second);
@@ -37,15 +40,14 @@ std::vector<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& ce
 
 }  // namespace
 
-ObjectMasks::ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within,
-                         const ObjectMasksOptions& options)
+ObjectMasks::ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within)
     : within_(std::move(within)) {
   for (const MotionTrack& track : tracks) spans_[track.from_index].push_back(track);
   for (auto span = spans_.begin(); span != spans_.end();) {
-    span->second = outvoted(span->second, options.voters);
+    span->second = outvoted(span->second);
     const auto others = std::count_if(span->second.begin(), span->second.end(),
                                       [](const MotionTrack& track) { return track.is_other; });
-    span = others >= options.min_features ? std::next(span) : spans_.erase(span);
+    span = others >= kObjectMasks.min_features ? std::next(span) : spans_.erase(span);
   }
 }
 
@@ -79,9 +81,8 @@ cv::Mat ObjectMasks::mask(std::int64_t index, const cv::Size& size) const {
   return mask;
 }
 
-ObjectOutlines::ObjectOutlines(const RecordingResult& result, const CameraModel& camera,
-                               const ObjectOutlinesOptions& options)
-    : map_(result.maps.front().map), camera_(camera), options_(options) {
+ObjectOutlines::ObjectOutlines(const RecordingResult& result, const CameraModel& camera)
+    : map_(result.maps.front().map), camera_(camera) {
   for (const RegisteredFrame& frame : result.trajectory) {
     camera_from_map_[frame.index] = frame.map_from_camera.inverse();
   }
@@ -100,8 +101,7 @@ cv::Mat ObjectOutlines::outlined(std::int64_t frame_index, const cv::Mat& image,
   const auto pose = camera_from_map_.find(frame_index);
   if (pose == camera_from_map_.end()) return mask;
   ObjectPoints points;
-  for (const LandmarkId l :
-       landmarks_near(map_, pose->second.inverse().translation, options_.nearest_keyframes)) {
+  for (const LandmarkId l : landmarks_near(map_, pose->second.inverse().translation)) {
     Eigen::Vector2d pixel;
     if (!camera_.project(pose->second * map_.landmark(l)->x_in_map, &pixel)) continue;
     points.object.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));

@@ -25,8 +25,7 @@ struct ObjectMasksOptions {
 class ObjectMasks {
  public:
   // within: masks of which these are a part; null: none.
-  ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within,
-              const ObjectMasksOptions& options = {});
+  ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within);
 
   bool are_empty() const { return spans_.empty(); }
   // Whether features were observed before and after the image, or in it.
@@ -52,8 +51,7 @@ struct ObjectOutlinesOptions {
 class ObjectOutlines {
  public:
   /// The result must outlive this object.
-  ObjectOutlines(const RecordingResult& result, const CameraModel& camera,
-                 const ObjectOutlinesOptions& options = {});
+  ObjectOutlines(const RecordingResult& result, const CameraModel& camera);
 
   /// Whether an independent motion was found next to the object in at least half of the images.
   bool have_other() const { return others_ != nullptr; }
@@ -65,7 +63,6 @@ class ObjectOutlines {
  private:
   const Map& map_;
   CameraModel camera_;
-  ObjectOutlinesOptions options_;
   std::map<std::int64_t, Rigid3> camera_from_map_;  // by frame index
   std::shared_ptr<const ObjectMasks> others_;       // null: none
 };

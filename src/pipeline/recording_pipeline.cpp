@@ -18,6 +18,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr RecordingPipelineOptions kPipeline{};
+
 bool shows(OtherObject other, const RecordingResult& result) {
   return result.tracked && result.maps.front().other_object == other;
 }
@@ -50,13 +52,11 @@ bool is_of_rotating_object(const RecordingResult& result, const RecordingResult&
 }  // namespace
 
 RecordingPipeline::RecordingPipeline(Recording recording, const TrackerOptions& options,
-                                     RecordingCamera camera, ObserverOfAttempt observer_of,
-                                     const RecordingPipelineOptions& limits)
+                                     RecordingCamera camera, ObserverOfAttempt observer_of)
     : recording_(std::move(recording)),
       options_(options),
       given_(std::move(camera)),
-      observer_of_(std::move(observer_of)),
-      limits_(limits) {
+      observer_of_(std::move(observer_of)) {
   refinement_.loss_width = options.bundle.loss_width;
   refinement_.num_threads = options.bundle.num_threads;
   refinement_.cancel = recording_.interrupted;
@@ -135,8 +135,8 @@ TrackedRecording RecordingPipeline::track(double seed, const Masks& masks) {
 // results is kept.
 bool RecordingPipeline::try_seeds(std::size_t first_index, const Masks& masks) {
   bool is_kept = false;
-  for (std::size_t i = first_index; i < limits_.seeds.size() && !recording_.interrupted(); ++i) {
-    TrackedRecording next = track(limits_.seeds[i], masks);
+  for (std::size_t i = first_index; i < kPipeline.seeds.size() && !recording_.interrupted(); ++i) {
+    TrackedRecording next = track(kPipeline.seeds[i], masks);
     if (is_better(next.result, kept_.result)) {
       kept_ = std::move(next);
       is_kept = true;
@@ -156,7 +156,7 @@ bool RecordingPipeline::exclude_background() {
     return false;
   const std::int64_t total = kept_.result.frames_total;
   const std::int64_t step =
-      std::max<std::int64_t>(1, (total + limits_.sampled_images - 1) / limits_.sampled_images);
+      std::max<std::int64_t>(1, (total + kPipeline.sampled_images - 1) / kPipeline.sampled_images);
   std::set<std::int64_t> sampled;
   for (std::int64_t index = 0; index < total; index += step) sampled.insert(index);
   std::vector<SeenImage> images;
@@ -177,11 +177,11 @@ bool RecordingPipeline::switch_to_larger_object() {
   if (!shows(OtherObject::kLarger, first) || recording_.masks) return false;
   const double larger_share = first.maps.front().independent_motion.share();
   const Masks masks = masks_of_other_object(kept_);
-  for (const double seed : limits_.seeds) {
+  for (const double seed : kPipeline.seeds) {
     if (!can_track_with(masks)) return false;
     TrackedRecording found = track(seed, masks);
     if (!is_right_of_its_object(found.result) || !is_most_of(found.result, first) ||
-        observations_of(found.result) < limits_.plainly_larger * observations_of(first)) {
+        observations_of(found.result) < kPipeline.plainly_larger * observations_of(first)) {
       continue;
     }
     kept_ = std::move(found);
@@ -199,7 +199,7 @@ bool RecordingPipeline::switch_to_rotating_object() {
   if (!shows(OtherObject::kMayBeTurning, first)) return false;
   const Masks others = masks_of_other_object(kept_);
   std::optional<TrackedRecording> best;
-  for (const double seed : limits_.seeds) {
+  for (const double seed : kPipeline.seeds) {
     const bool is_done = best && is_confirmed(best->result) && is_most_of(best->result, first);
     if (is_done || !can_track_with(others)) break;
     TrackedRecording found = track_most_rotating_object(seed, others);
@@ -214,7 +214,7 @@ bool RecordingPipeline::switch_to_rotating_object() {
 // the object that rotates most.
 TrackedRecording RecordingPipeline::track_most_rotating_object(double seed, Masks masks) {
   TrackedRecording found = track(seed, masks);
-  for (int objects = 2; objects < limits_.most_objects && shows(OtherObject::kMayBeTurning, found.result);
+  for (int objects = 2; objects < kPipeline.most_objects && shows(OtherObject::kMayBeTurning, found.result);
        ++objects) {
     masks = masks_of_other_object(found);
     if (!can_track_with(masks)) break;

@@ -52,7 +52,7 @@ class RecordingPipeline {
   static constexpr int kBeginning = -1;
 
   RecordingPipeline(Recording recording, const TrackerOptions& options, RecordingCamera camera,
-                    ObserverOfAttempt observer_of, const RecordingPipelineOptions& limits = {});
+                    ObserverOfAttempt observer_of);
 
   /// Once. A loaded map is continued by one run with the given camera. The last run is with the returned one.
   TrackedRecording run();
@@ -77,7 +77,6 @@ class RecordingPipeline {
   const TrackerOptions options_;
   RecordingCamera given_;
   const ObserverOfAttempt observer_of_;
-  const RecordingPipelineOptions limits_;
   CameraRefinementOptions refinement_;
   CameraParameters camera_;  // of the present runs
   int attempts_ = 0;         // with this camera

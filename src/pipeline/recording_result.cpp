@@ -14,14 +14,16 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr RecordingFindingsOptions kFindings{};
+constexpr ResultChoiceOptions kChoice{};
+
 std::string name_of(std::size_t map) { return map == 0 ? "" : "map_" + std::to_string(map + 1) + ": "; }
 
-Finding finding_of(FindingKind kind, std::size_t k = 0, std::size_t n = 0) {
-  Finding finding;
-  finding.kind = kind;
-  finding.k = static_cast<int>(k);
-  finding.n = static_cast<int>(n);
-  return finding;
+// k of n images.
+Finding finding_of(FindingKind kind, std::string text, bool is_disqualifying = true, std::size_t k = 0,
+                   std::size_t n = 0, std::vector<std::int64_t> images = {}) {
+  return {kind,         std::move(images), static_cast<int>(k), static_cast<int>(n),
+          std::nullopt, is_disqualifying,  std::move(text)};
 }
 
 // %ld: share of the matches that move with the other object, per cent.
@@ -40,32 +42,26 @@ const char* text_about(OtherObject other) {
              "(config/object.yaml).";
     case OtherObject::kRotatesMore:
       return "A smaller object rotates more than the mapped one: %ld %% of the matches move with it. If it "
-             "is "
-             "wanted, mask it (--masks), or use segmentation/body: turning (config/object.yaml).";
+             "is wanted, mask it (--masks), or use segmentation/body: turning (config/object.yaml).";
     case OtherObject::kNone:
       break;
   }
   return nullptr;
 }
 
-void report_other_object(FinishedMap* map) {
-  const char* const text = text_about(map->other_object);
-  if (!text) return;
-  Finding finding = finding_of(FindingKind::kOtherObject);
-  finding.text = formatted(text, std::lround(100 * map->independent_motion.share()));
-  map->quality.add(std::move(finding));
-}
-
-void report_background(FinishedMap* map) {
+void report_objects(FinishedMap* map) {
+  if (const char* const text = text_about(map->other_object)) {
+    map->quality.add(finding_of(FindingKind::kOtherObject,
+                                formatted(text, std::lround(100 * map->independent_motion.share()))));
+  }
   if (!map->shows_background) return;
-  Finding finding = finding_of(FindingKind::kStaticBackground);
-  finding.text =
-      "An object moves in front of a static background, and the map may contain both. Mask the object "
-      "(--masks).";
-  map->quality.add(std::move(finding));
+  map->quality.add(finding_of(FindingKind::kStaticBackground,
+                              "An object moves in front of a static background, and the map may contain "
+                              "both. Mask the object (--masks)."));
 }
 
-std::string some_of(const std::vector<std::int64_t>& frames, std::size_t most) {
+std::string some_of(const std::vector<std::int64_t>& frames) {
+  const std::size_t most = kFindings.listed_images;
   std::string numbers;
   for (std::size_t i = 0; i < frames.size() && i < most; ++i) {
     numbers += (i == 0 ? "" : ", ") + std::to_string(frames[i]);
@@ -74,38 +70,34 @@ std::string some_of(const std::vector<std::int64_t>& frames, std::size_t most) {
 }
 
 // doubtful: of the recording. Images located in a loaded map rest on the images of earlier runs.
-std::set<std::int64_t> doubtful_in(const FinishedMap& map, const std::set<std::int64_t>& doubtful,
-                                   const RecordingFindingsOptions& options) {
+std::set<std::int64_t> doubtful_in(const FinishedMap& map, const std::set<std::int64_t>& doubtful) {
   std::set<std::int64_t> frames;
-  if (!map.is_loaded()) frames = isolated_frames(map.trajectory, options);
+  if (!map.is_loaded()) frames = isolated_frames(map.trajectory);
   for (const RegisteredFrame& frame : map.trajectory) {
     if (doubtful.count(frame.index) > 0) frames.insert(frame.index);
   }
   return frames;
 }
 
-void report_uncertain_images(const RecordingFindingsOptions& options, std::size_t place, FinishedMap* map) {
+void report_uncertain_images(std::size_t place, FinishedMap* map) {
   const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, map->doubtful);
-  if (alone.empty()) return;
-  Finding finding = finding_of(FindingKind::kUncertainImages, alone.size(), map->trajectory.size());
-  finding.images = alone;
-  finding.is_disqualifying = may_distort_path(alone.size(), map->trajectory.size(), options);
-  finding.text = name_of(place) +
-                 formatted(
-                     "The poses of %d of %d images are uncertain (%s): few landmarks, far from the predicted "
-                     "motion, or after a gap. Exclude these images where a wrong pose matters.",
-                     finding.k, finding.n, some_of(alone, options.listed_images).c_str());
-  map->quality.add(std::move(finding));
+  const std::size_t k = alone.size(), n = map->trajectory.size();
+  if (k == 0) return;
+  const std::string text = formatted(
+      "The poses of %zu of %zu images are uncertain (%s): few landmarks, far from the predicted motion, or "
+      "after a gap. Exclude these images where a wrong pose matters.",
+      k, n, some_of(alone).c_str());
+  map->quality.add(
+      finding_of(FindingKind::kUncertainImages, name_of(place) + text, may_distort_path(k, n), k, n, alone));
 }
 
 // A small map other than the first has too few images to be checked.
-void report_small_map(std::size_t least, std::size_t place, FinishedMap* map) {
-  if (place == 0 || map->is_loaded() || map->trajectory.size() >= least) return;
-  Finding finding = finding_of(FindingKind::kFewImages, map->trajectory.size(), least);
-  finding.text = name_of(place) +
-                 formatted("The map has only %d images; a map other than the first needs %d to be confirmed.",
-                           finding.k, finding.n);
-  map->quality.add(std::move(finding));
+void report_small_map(std::size_t place, FinishedMap* map) {
+  const std::size_t k = map->trajectory.size(), n = kFindings.least_outside_first;
+  if (place == 0 || map->is_loaded() || k >= n) return;
+  const std::string text =
+      formatted("The map has only %zu images; a map other than the first needs %zu to be confirmed.", k, n);
+  map->quality.add(finding_of(FindingKind::kFewImages, name_of(place) + text, true, k, n));
 }
 
 std::set<std::int64_t> registered_frames(const std::vector<FinishedMap>& maps) {
@@ -116,45 +108,44 @@ std::set<std::int64_t> registered_frames(const std::vector<FinishedMap>& maps) {
 
 void report_several_maps(RecordingResult* result) {
   if (result->maps.size() < 2) return;
-  const std::size_t in_first = frames_of(result->maps.front().trajectory).size();
-  Finding finding = finding_of(FindingKind::kSeveralMaps, registered_frames(result->maps).size() - in_first,
-                               static_cast<std::size_t>(result->frames_total));
-  finding.is_disqualifying = false;
-  finding.text = formatted(
-      "The recording is in %zu maps that share no matches; %d images are not in the first. "
+  const std::size_t k =
+      registered_frames(result->maps).size() - frames_of(result->maps.front().trajectory).size();
+  const std::string text = formatted(
+      "The recording is in %zu maps that share no matches; %zu images are not in the first. "
       "Each map has its own frame and unit (map_2, ...). Record more overlap.",
-      result->maps.size(), finding.k);
-  result->maps.front().quality.add(std::move(finding));
+      result->maps.size(), k);
+  result->maps.front().quality.add(
+      finding_of(FindingKind::kSeveralMaps, text, false, k, static_cast<std::size_t>(result->frames_total)));
 }
 
 // Missing images are easily overlooked in a trajectory.
-void report_unregistered(double most_share, RecordingResult* result) {
+void report_unregistered(RecordingResult* result) {
   const std::set<std::int64_t> without =
       frames_without_pose(registered_frames(result->maps), result->frames_total);
-  if (static_cast<double>(without.size()) <= most_share * static_cast<double>(result->frames_total)) return;
+  if (static_cast<double>(without.size()) <=
+      kFindings.most_unregistered * static_cast<double>(result->frames_total))
+    return;
   long run = 0, longest = 0, last = -1;
   for (const std::int64_t frame : without) {
     run = without.count(frame - 1) > 0 ? run + 1 : 1;
     if (run > longest) longest = run, last = frame;
   }
-  Finding finding = finding_of(FindingKind::kUnregisteredImages, without.size(),
-                               static_cast<std::size_t>(result->frames_total));
-  finding.images.assign(without.begin(), without.end());
-  finding.is_disqualifying = false;
-  finding.text = formatted("%d of %d images have no pose, the longest gap is from %ld to %ld: ", finding.k,
-                           finding.n, last - longest + 1, last);
-  const auto unusable = static_cast<long>(result->frames_total - result->frames_with_features);
-  if (unusable >= finding.k) {
-    finding.text += "these images have no features, or not the size of the calibration.";
+  const auto k = without.size(), n = static_cast<std::size_t>(result->frames_total);
+  std::string text = formatted("%zu of %zu images have no pose, the longest gap is from %ld to %ld: ", k, n,
+                               last - longest + 1, last);
+  const std::int64_t unusable = result->frames_total - result->frames_with_features;
+  if (unusable >= static_cast<std::int64_t>(k)) {
+    text += "these images have no features, or not the size of the calibration.";
   } else if (unusable > 0) {
-    finding.text += formatted(
+    text += formatted(
         "%ld of these have no features, or not the size of the calibration; the rest are dark or blurred, or "
         "overlap too little.",
-        unusable);
+        static_cast<long>(unusable));
   } else {
-    finding.text += "dark, blurred, or too little overlap with the others.";
+    text += "dark, blurred, or too little overlap with the others.";
   }
-  result->maps.front().quality.add(std::move(finding));
+  result->maps.front().quality.add(finding_of(FindingKind::kUnregisteredImages, std::move(text), false, k, n,
+                                              {without.begin(), without.end()}));
 }
 
 // The cause of a gap in the first map may distort the other maps as well.
@@ -169,12 +160,12 @@ void spread_few_images(RecordingResult* result) {
 
 // The number of images registered in the first map, times the share of the view graph's verified matches that
 // it explains: the only score by which results are compared. Edges with few matches have less weight.
-double score(const RecordingResult& result, const ResultChoiceOptions& options) {
+double score(const RecordingResult& result) {
   const ExplainedMatches& matches = result.maps.front().explained;
   const double per_edge =
-      matches.edges > 0 ? static_cast<double>(matches.explained) / matches.edges : options.matches_per_edge;
+      matches.edges > 0 ? static_cast<double>(matches.explained) / matches.edges : kChoice.matches_per_edge;
   return static_cast<double>(result.trajectory.size()) * matches.share() *
-         std::min(1.0, per_edge / options.matches_per_edge);
+         std::min(1.0, per_edge / kChoice.matches_per_edge);
 }
 
 std::int64_t distance_to(const std::set<std::int64_t>& registered, std::int64_t frame) {
@@ -194,11 +185,8 @@ bool rests_on_two_views(const RecordingResult& result) {
 }
 
 void add_finding(FindingKind kind, const std::string& text, bool is_disqualifying, RecordingResult* result) {
-  Finding finding = finding_of(kind);
-  finding.text = text;
-  finding.is_disqualifying = is_disqualifying;
   result->warnings.push_back(text);
-  for (FinishedMap& map : result->maps) map.quality.add(finding);
+  for (FinishedMap& map : result->maps) map.quality.add(finding_of(kind, text, is_disqualifying));
 }
 
 std::set<std::int64_t> doubtful_frames(const RecordingResult& result) {
@@ -207,18 +195,17 @@ std::set<std::int64_t> doubtful_frames(const RecordingResult& result) {
   return doubtful;
 }
 
-void add_findings(RecordingResult* result, const RecordingFindingsOptions& options) {
+void add_findings(RecordingResult* result) {
   std::vector<FinishedMap>& maps = result->maps;
   spread_few_images(result);
   for (std::size_t i = 0; i < maps.size(); ++i) {
-    maps[i].doubtful = doubtful_in(maps[i], result->doubtful, options);
-    report_uncertain_images(options, i, &maps[i]);
-    report_small_map(options.least_outside_first, i, &maps[i]);
+    maps[i].doubtful = doubtful_in(maps[i], result->doubtful);
+    report_uncertain_images(i, &maps[i]);
+    report_small_map(i, &maps[i]);
   }
-  report_other_object(&maps.front());
-  report_background(&maps.front());
+  report_objects(&maps.front());
   report_several_maps(result);
-  report_unregistered(options.most_unregistered, result);
+  report_unregistered(result);
   std::set<std::string> known;
   for (std::size_t i = 0; i < maps.size(); ++i) {
     for (const Finding& finding : maps[i].quality.findings()) {
@@ -228,13 +215,12 @@ void add_findings(RecordingResult* result, const RecordingFindingsOptions& optio
   }
 }
 
-bool is_better(const RecordingResult& result, const RecordingResult& before,
-               const ResultChoiceOptions& options) {
+bool is_better(const RecordingResult& result, const RecordingResult& before) {
   if (!result.tracked || !before.tracked) return result.tracked && !before.tracked;
   if (is_confirmed(result) != is_confirmed(before)) {
-    return is_confirmed(result) ? is_most_of(result, before, options) : !is_most_of(before, result, options);
+    return is_confirmed(result) ? is_most_of(result, before) : !is_most_of(before, result);
   }
-  return score(result, options) > options.margin * score(before, options);
+  return score(result) > kChoice.margin * score(before);
 }
 
 bool is_right_of_its_object(const RecordingResult& result) {
@@ -249,10 +235,9 @@ bool fell_apart(const RecordingResult& result) {
   return result.maps.size() > 1 && is_narrow(result.maps.front().map);
 }
 
-bool is_most_of(const RecordingResult& result, const RecordingResult& before,
-                const ResultChoiceOptions& options) {
+bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
   return static_cast<double>(result.trajectory.size()) >=
-         options.min_share * static_cast<double>(before.trajectory.size());
+         kChoice.min_share * static_cast<double>(before.trajectory.size());
 }
 
 std::set<std::int64_t> frames_of(const std::vector<RegisteredFrame>& trajectory) {
@@ -292,13 +277,12 @@ void exclude_covered_maps(std::vector<FinishedMap>* maps) {
   maps->erase(std::remove_if(maps->begin() + 1, maps->end(), is_covered), maps->end());
 }
 
-std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory,
-                                       const RecordingFindingsOptions& options) {
+std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory) {
   const std::set<std::int64_t> registered = frames_of(trajectory);
   std::set<std::int64_t> isolated;
   for (const std::int64_t frame : registered) {
-    const auto views = std::distance(registered.lower_bound(frame - options.near),
-                                     registered.upper_bound(frame + options.near));
+    const auto views = std::distance(registered.lower_bound(frame - kFindings.near),
+                                     registered.upper_bound(frame + kFindings.near));
     if (views < 3) isolated.insert(frame);
   }
   return isolated;
@@ -315,12 +299,12 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& tra
   return alone;
 }
 
-bool may_distort_path(std::size_t doubtful, std::size_t registered, const RecordingFindingsOptions& options) {
+bool may_distort_path(std::size_t doubtful, std::size_t registered) {
   if (registered == 0) return false;
   const auto n = static_cast<double>(registered), d = static_cast<double>(doubtful);
   // Relative to the path, of one step for each image: root mean square over all images.
-  return d > options.most_doubtful * n ||
-         options.doubtful_steps / n * std::sqrt(d / n) > QualityOptions().max_path_sigma;
+  return d > kFindings.most_doubtful * n ||
+         kFindings.doubtful_steps / n * std::sqrt(d / n) > QualityOptions().max_path_sigma;
 }
 
 }  // namespace mono_pose_tracker

@@ -61,7 +61,7 @@ struct RecordingFindingsOptions {
 
 /// Completes the reports of the result's maps by findings about the whole recording: motions, separate maps,
 /// images without a pose or with an uncertain one. Every finding becomes a warning.
-void add_findings(RecordingResult* result, const RecordingFindingsOptions& options = {});
+void add_findings(RecordingResult* result);
 
 struct ResultChoiceOptions {
   double matches_per_edge = 100;  // for full weight: four times the minimum. A map of few landmarks may
@@ -73,8 +73,7 @@ struct ResultChoiceOptions {
 /// Whether the result replaces the previous one. A confirmed result replaces an unconfirmed one that does not
 /// have far more images. Otherwise the score must be higher by a margin: the number of images registered in
 /// the first map, times the share of the view graph's verified matches that it explains.
-bool is_better(const RecordingResult& result, const RecordingResult& before,
-               const ResultChoiceOptions& options = {});
+bool is_better(const RecordingResult& result, const RecordingResult& before);
 
 /// Nothing disqualifies the result, except that another object may be the wanted one.
 bool is_right_of_its_object(const RecordingResult& result);
@@ -83,8 +82,7 @@ bool is_right_of_its_object(const RecordingResult& result);
 bool fell_apart(const RecordingResult& result);
 
 /// Whether the result has about as many images, or more.
-bool is_most_of(const RecordingResult& result, const RecordingResult& before,
-                const ResultChoiceOptions& options = {});
+bool is_most_of(const RecordingResult& result, const RecordingResult& before);
 
 // Frames, by index.
 
@@ -107,8 +105,7 @@ void exclude_covered_maps(std::vector<FinishedMap>* maps);
 
 /// Frames of which at most one image next to them has a pose as well: no third view confirms their place,
 /// which repeated structure may have elsewhere, and the images that show the same were not registered there.
-std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory,
-                                       const RecordingFindingsOptions& options = {});
+std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory);
 
 /// Frames of the trajectory with doubtful poses, without those between two certain poses: their errors are
 /// small, or they were detected as outliers.
@@ -117,7 +114,6 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& tra
 
 /// Whether this number of doubtful poses may distort the path by more than the uncertainty of a known path
 /// (quality/path_precision.h).
-bool may_distort_path(std::size_t doubtful, std::size_t registered,
-                      const RecordingFindingsOptions& options = {});
+bool may_distort_path(std::size_t doubtful, std::size_t registered);
 
 }  // namespace mono_pose_tracker

@@ -11,6 +11,8 @@
 namespace mono_pose_tracker {
 namespace {
 
+constexpr SelfCalibrationOptions kCalibration{};
+
 CameraParameters with_focal(CameraParameters camera, double factor) {
   camera.fx *= factor;
   camera.fy *= factor;
@@ -140,14 +142,13 @@ std::string doubt_of_distortion(const CameraRefinementOptions& options, const Ca
 class Calibrator {
  public:
   Calibrator(const CameraParameters& start, CalibrationSource source, const CameraRefinementOptions& options,
-             const TrackWithCamera& track, const SelfCalibrationOptions& limits)
+             const TrackWithCamera& track)
       : start_(start),
         source_(source),
         camera_(start),
         tracked_with_(start),
         options_(options),
-        track_(track),
-        limits_(limits) {}
+        track_(track) {}
 
   SelfCalibration run() {
     const bool is_found = approach();
@@ -222,15 +223,15 @@ class Calibrator {
     camera_ = with_focal(start_, factor);
     is_refined_ = false;
     Approach result;
-    for (int i = 0; i < limits_.max_early_runs; ++i) {
-      const Map* map = track(limits_.early_keyframes);
+    for (int i = 0; i < kCalibration.max_early_runs; ++i) {
+      const Map* map = track(kCalibration.early_keyframes);
       if (!map) break;
       const CameraRefinement r = refine_camera(options_, camera_, *map);
       const double before = std::exchange(result.last_change, change_asked(r));
       result.has_map = true;
       // Parameters that the first map cannot determine are left to the whole recording.
       result.is_settled =
-          std::abs(result.last_change) < limits_.near_change || !(r.focal_observable || is_refined_);
+          std::abs(result.last_change) < kCalibration.near_change || !(r.focal_observable || is_refined_);
       const bool runs_away =
           before * result.last_change > 0 && std::abs(result.last_change) >= std::abs(before);
       if (is_cancelled() || !take(r) || result.is_settled || runs_away) break;
@@ -244,7 +245,7 @@ class Calibrator {
   SelfCalibration finish(bool is_found) {
     SelfCalibration result;
     double last_change = 0;
-    for (int i = 0; i < limits_.max_runs; ++i) {
+    for (int i = 0; i < kCalibration.max_runs; ++i) {
       const Map* map = track(0);
       if (!map) {
         if (is_found && !is_cancelled())
@@ -258,17 +259,17 @@ class Calibrator {
         // last.)
         camera_ = start_;
         is_refined_ = false;
-        i = std::min(i, limits_.max_runs - 2);
+        i = std::min(i, kCalibration.max_runs - 2);
         continue;
       }
-      if (!result.last.focal_observable && i + 1 < limits_.max_runs && guess_anew(result.last, *map))
+      if (!result.last.focal_observable && i + 1 < kCalibration.max_runs && guess_anew(result.last, *map))
         continue;
       if (!result.last.focal_observable) {
         result.warnings.push_back(not_observable(result.last));
         return result;
       }
       is_refined_ = true;
-      if (is_settled(result.last) || i + 1 == limits_.max_runs) break;
+      if (is_settled(result.last) || i + 1 == kCalibration.max_runs) break;
       // With few views the estimate oscillates: a slightly long camera gives a map that suggests a slightly
       // short one, and vice versa.
       const bool turns_back = result.last.focal_change * last_change < 0;
@@ -276,8 +277,8 @@ class Calibrator {
       last_change = result.last.focal_change;
     }
     result.is_near =
-        std::abs(result.last.focal_change) < limits_.unsettled_change &&
-        result.last.max_shift_px < limits_.unsettled_change * std::max(camera_.width, camera_.height);
+        std::abs(result.last.focal_change) < kCalibration.unsettled_change &&
+        result.last.max_shift_px < kCalibration.unsettled_change * std::max(camera_.width, camera_.height);
     if (!is_settled(result.last)) result.warnings.push_back(not_settled(result.last, result.is_near));
     return result;
   }
@@ -286,16 +287,17 @@ class Calibrator {
   // contradict.
   bool guess_anew(const CameraRefinement& r, const Map& map) {
     if (source_ != CalibrationSource::kGuessed) return false;
-    CalibrationDoubtOptions doubt = limits_.doubt;
-    doubt.significance = limits_.guess_significance;
-    const double change = contradiction(options_, doubt, camera_, map, r, limits_.wrong_guess);
+    CalibrationDoubtOptions doubt = kCalibration.doubt;
+    doubt.significance = kCalibration.guess_significance;
+    const double change = contradiction(options_, doubt, camera_, map, r, kCalibration.wrong_guess);
     if (change == 0 || is_cancelled()) return false;
     camera_ = with_focal(camera_, 1 + change);
     return true;
   }
 
   bool is_settled(const CameraRefinement& r) const {
-    return std::abs(r.focal_change) < limits_.settled_change && r.max_shift_px < limits_.settled_shift_px;
+    return std::abs(r.focal_change) < kCalibration.settled_change &&
+           r.max_shift_px < kCalibration.settled_shift_px;
   }
 
   static std::string not_settled(const CameraRefinement& r, bool is_near) {
@@ -326,7 +328,6 @@ class Calibrator {
   CameraParameters camera_, tracked_with_;
   const CameraRefinementOptions& options_;
   const TrackWithCamera& track_;
-  const SelfCalibrationOptions& limits_;
   bool is_refined_ = false;      // by an adjustment of the previous map
   bool was_refined_ = false;     // at the beginning of the last run
   bool is_interrupted_ = false;  // by a cancellation
@@ -336,9 +337,8 @@ class Calibrator {
 }  // namespace
 
 SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
-                                      const CameraRefinementOptions& options, const TrackWithCamera& track,
-                                      const SelfCalibrationOptions& limits) {
-  return Calibrator(start, source, options, track, limits).run();
+                                      const CameraRefinementOptions& options, const TrackWithCamera& track) {
+  return Calibrator(start, source, options, track).run();
 }
 
 bool exceeds(double change, const std::vector<double>& without_part, double sigma, double tolerated,
@@ -354,7 +354,8 @@ bool exceeds(double change, const std::vector<double>& without_part, double sigm
 }
 
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
-                                 const Map& map, const CalibrationDoubtOptions& limits) {
+                                 const Map& map) {
+  const CalibrationDoubtOptions& limits = kCalibration.doubt;
   // Of all parameters together the images may ask for more than of the focal length alone.
   CameraRefinementOptions first = rough(options, limits);
   first.least_focal_change = 0.5 * limits.min_focal_change;

@@ -71,8 +71,7 @@ struct SelfCalibrationOptions {
 /// Where there is no map at all, other focal lengths are tried. The last call of `track` is with the returned
 /// camera and the whole recording.
 SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
-                                      const CameraRefinementOptions& options, const TrackWithCamera& track,
-                                      const SelfCalibrationOptions& limits = {});
+                                      const CameraRefinementOptions& options, const TrackWithCamera& track);
 
 /// Whether an estimate from the whole recording exceeds the tolerated change in magnitude: Student's t-test.
 /// Its covariance takes the errors of all observations for independent. Errors within a part of the recording
@@ -87,7 +86,7 @@ bool exceeds(double change, const std::vector<double>& without_part, double sigm
 /// A message for the user where a map contradicts the calibration with which it was made; else empty. Names
 /// the distortion where it is the likely cause: rectified images that are undistorted again.
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
-                                 const Map& map, const CalibrationDoubtOptions& limits = {});
+                                 const Map& map);
 
 /// The arguments of this test, for another thread.
 struct CalibrationTest {
