@@ -16,7 +16,6 @@
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "ros/camera_info.h"
 #include "ros/image_conversion.h"
-#include "tracking/frame_period.h"
 #include "tracking/load_governor.h"
 #include "tracking/map_snapshot.h"
 

@@ -2,8 +2,39 @@
 
 #include <array>
 #include <cstddef>
+#include <mutex>
 
 namespace mono_pose_tracker {
+
+struct FramePeriodOptions {
+  double pause_s = 2;          // a longer gap is a pause, not a slow camera
+  std::size_t least_gaps = 8;  // fewer may be a single burst
+};
+
+/// Estimates the period of a live camera from all images, including dropped ones. May be used from any
+/// thread. It has no clock; times are passed in.
+class FramePeriod {
+ public:
+  /// stamp_s: the image's own stamp [s]; arrival_s: its arrival [s, monotonic clock].
+  void note(double stamp_s, double arrival_s);
+
+  /// Milliseconds; 0 while not yet known. The lower quartile of the stamp intervals, which is the camera's
+  /// period even if a busy machine drops images. Larger where images arrive more slowly than their stamps (a
+  /// recording played at half its rate). Pauses do not count.
+  double milliseconds() const;
+
+  /// Whether an image has arrived after this time.
+  bool has_come_after(double arrival_s) const;
+
+ private:
+  static constexpr std::size_t kKept = 32;
+
+  mutable std::mutex mutex_;
+  std::array<double, kKept> stamp_gaps_s_{}, arrival_gaps_s_{};
+  std::size_t noted_ = 0;
+  bool has_last_ = false;
+  double last_stamp_s_ = 0, last_arrival_s_ = 0;
+};
 
 /// Work that is skipped for lack of time; each level includes the previous ones.
 enum LoadLevel : int {
@@ -35,8 +66,6 @@ struct LoadGovernorOptions {
 /// It has no clock; times are passed in.
 class LoadGovernor {
  public:
-  explicit LoadGovernor(const LoadGovernorOptions& options = {}) : options_(options) {}
-
   /// Called when an image is done, latency_ms after its arrival. period_ms: between two arrivals
   /// (FramePeriod), 0: unknown. overtaken: whether the next one arrived before. A sender that waits for each
   /// answer is never overtaken. Returns the LoadLevel for the next image.
@@ -46,16 +75,14 @@ class LoadGovernor {
  private:
   void do_less();
   void change_level(int level);
-  double share_to_spare() const;
 
-  LoadGovernorOptions options_;
   int level_ = kTimeToSpare;    // a map begins in the first images; valid until the period is known
   double mean_ms_ = 0;          // latency, of the last ten images or so
   int since_change_ = 0;        // images
   int since_overtaken_ = 1000;  // images; long ago
   int calm_ = 0;                // consecutive images with time to spare
-  int calm_needed_ = options_.least_calm;  // before work is restored
-  bool went_back_up_ = false;              // the last change restored work
+  int calm_needed_ = LoadGovernorOptions().least_calm;  // before work is restored
+  bool went_back_up_ = false;                           // the last change restored work
 };
 
 }  // namespace mono_pose_tracker
