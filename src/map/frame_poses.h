@@ -30,9 +30,9 @@ struct FramePose {
   std::int64_t stamp_ns = 0;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
+  LandmarkPixels landmarks = nullptr;  // of a recording's frame; null: not kept
   bool is_final = false;               // registered again in the finished map
   bool is_stale = false;               // relative to a keyframe of a discarded geometry
-  LandmarkPixels landmarks = nullptr;  // of a recording's frame; null: not kept
 };
 
 /// The frames registered in one map, by index. One thread.

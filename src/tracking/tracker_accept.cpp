@@ -13,17 +13,11 @@ namespace mono_pose_tracker {
 // Returns false after too many consecutive doubtful poses.
 bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
                            FrameReport* report) {
-  Rigid3 reference_from_map;
-  const bool continuous = frames_lost_ == 0 && map.camera_from_map(reference_, &reference_from_map);
-  std::optional<Rigid3> last;
-  if (continuous) last = camera_from_reference_ * reference_from_map;
+  const std::optional<Rigid3> last = frames_lost_ == 0 ? last_pose(map) : std::nullopt;
   const bool doubtful = is_doubtful(frame, registration, last, report);
   if (doubtful && withdraw_doubtful(frame, map, report)) return false;
-  if (continuous) {
-    motion_ = registration.camera_from_map * (camera_from_reference_ * reference_from_map).inverse();
-  } else {
-    motion_.reset();
-  }
+  motion_.reset();
+  if (last) motion_ = registration.camera_from_map * last->inverse();
   end_loss();
   state_ = State::kTracking;
   if (!map.turning_object && static_cast<int>(map.keyframes.size()) > options_.young_map_keyframes)
@@ -44,37 +38,30 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Reg
   return true;
 }
 
-// If the keyframe is removed, its image stays registered.
-LandmarkPixels Tracker::Impl::landmarks_of(const KeyframeView& keyframe) const {
-  if (pace_ == SearchPace::kLive) return nullptr;
-  auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();
-  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-    if (keyframe.landmark_of_feature[f] != kNoLandmark)
-      landmarks->push_back({keyframe.landmark_of_feature[f], keyframe.image->set.features[f].pixel,
-                            keyframe.image->sigma_px[f]});
-  }
-  return landmarks;
-}
-
 // Stored for recordings, which are written in the end: 16 bytes for each landmark, some 2 kB an image.
-LandmarkPixels Tracker::Impl::registered_by(const Frame& frame,
-                                            const RegistrationReport& registration) const {
+LandmarkPixels Tracker::Impl::pixels_of_landmarks(const ImageFeatures& image,
+                                                  const std::vector<FrameObservation>& observations) const {
   if (pace_ == SearchPace::kLive) return nullptr;
   auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();
-  landmarks->reserve(registration.observations.size());
-  for (const FrameObservation& o : registration.observations)
-    landmarks->push_back(
-        {o.landmark, frame.image->set.features[o.feature].pixel, frame.image->sigma_px[o.feature]});
+  landmarks->reserve(observations.size());
+  for (const auto& [feature, landmark] : observations)
+    landmarks->push_back({landmark, image.set.features[feature].pixel, image.sigma_px[feature]});
   return landmarks;
 }
 
-// Stores the pose relative to the best of the keyframes.
+// Relative to the best of the keyframes.
+FramePose Tracker::Impl::pose_of(const Frame& frame, const TrackingMap& map,
+                                 const RegistrationReport& registration, Among among) const {
+  const KeyframeId reference = choose_reference(map, registration, among);
+  return {frame.stamp_ns, reference,
+          registration.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse(),
+          pixels_of_landmarks(*frame.image, registration.observations)};
+}
+
 FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
                                   const RegistrationReport& registration, Among among, bool is_final) {
-  const KeyframeId reference = choose_reference(map, registration, among);
-  const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
-  FramePose pose{frame.stamp_ns, reference, registration.camera_from_map * map_from_reference, is_final};
-  pose.landmarks = registered_by(frame, registration);
+  FramePose pose = pose_of(frame, map, registration, among);
+  pose.is_final = is_final;
   frames_[map.map_id].set(frame.index, pose);
   if (keeps_seen()) seen_.add(frame.index, frame.image);
   return pose;
@@ -102,8 +89,8 @@ void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map, 
   if (now->revision != map.revision && now->keyframes.rbegin()->second.frame_index == frame.index) {
     reference_ = now->keyframes.rbegin()->first;
     camera_from_reference_ = Rigid3();
-    frames_[now->map_id].set(
-        frame.index, {frame.stamp_ns, reference_, camera_from_reference_, false, false, pose.landmarks});
+    frames_[now->map_id].set(frame.index,
+                             {frame.stamp_ns, reference_, camera_from_reference_, pose.landmarks});
     report->map_from_camera = now->keyframes.at(reference_).camera_from_map.inverse();
   }
 }

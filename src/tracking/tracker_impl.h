@@ -36,10 +36,7 @@ struct Prediction {
 struct Tentative {
   std::uint32_t map_id = 0;
   std::int64_t index = 0;
-  std::int64_t stamp_ns = 0;
-  KeyframeId reference = -1;
-  Rigid3 camera_from_reference;
-  LandmarkPixels landmarks = nullptr;  // by which it was found
+  FramePose pose;
 };
 
 // Whether the map was loaded: keyframes of earlier runs are never dropped as part of a young map.
@@ -163,6 +160,7 @@ class Tracker::Impl {
   void bootstrap(const Frame& frame, FrameReport* report);
   void track(const Frame& frame, FrameReport* report);
   void lose(const Frame& frame, const Frame& of_object, FrameReport* report);
+  std::optional<Rigid3> last_pose(const TrackingMap& map) const;
   RegistrationReport follow(const Frame& frame, const TrackingMap& map) const;
   bool search(const Frame& frame, FrameReport* report);
   void end_loss() { frames_lost_ = 0, seeks_additional_map_ = false; }
@@ -182,12 +180,14 @@ class Tracker::Impl {
   std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);
   bool is_found(const RegistrationReport& registration) const;
+  FramePose pose_of(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
+                    Among among) const;
   FramePose set_pose(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
                      Among among, bool is_final = false);
   std::optional<Prediction> predict_from_neighbor(const Frame& frame, std::int64_t neighbor) const;
   bool register_in_gap(const Frame& frame, const std::optional<Prediction>& prediction);
-  LandmarkPixels landmarks_of(const KeyframeView& keyframe) const;
-  LandmarkPixels registered_by(const Frame& frame, const RegistrationReport& registration) const;
+  LandmarkPixels pixels_of_landmarks(const ImageFeatures& image,
+                                     const std::vector<FrameObservation>& observations) const;
   bool fill_gaps_once();
   void fill_its_gaps();
   void pose_anywhere();

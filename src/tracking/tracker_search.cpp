@@ -36,14 +36,7 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
     return false;
   }
   const TrackingMapPtr found_in = map_id == present->map_id ? present : others_.at(map_id);
-  const TrackingMap& map = *found_in;
-  const KeyframeId reference = choose_reference(map, best, Among::kAll);
-  tentative_ = {map_id,
-                frame.index,
-                frame.stamp_ns,
-                reference,
-                best.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse(),
-                registered_by(frame, best)};
+  tentative_ = {map_id, frame.index, pose_of(frame, *found_in, best, Among::kAll)};
   report->inliers = best.inliers;
   report->matches = best.matches;
   report->reason_text =
@@ -58,11 +51,11 @@ bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, Registr
   const TrackingMapPtr map =
       (*present)->map_id == tentative.map_id ? *present : inactive_view(tentative.map_id);
   Rigid3 reference_from_map;
-  if (!map || !map->camera_from_map(tentative.reference, &reference_from_map)) return false;
-  const KeyframeId reference = living_ancestor(map->removed_keyframes, tentative.reference);
-  *registration =
-      registrar_.register_frame(frame, *map, reference, tentative.camera_from_reference * reference_from_map);
-  if (!registration->success || !is_supported(registration->support, options_.resection.min_inliers)) {
+  if (!map || !map->camera_from_map(tentative.pose.reference, &reference_from_map)) return false;
+  const KeyframeId reference = living_ancestor(map->removed_keyframes, tentative.pose.reference);
+  *registration = registrar_.register_frame(frame, *map, reference,
+                                            tentative.pose.camera_from_reference * reference_from_map);
+  if (!is_found(*registration)) {
     if (registration->success)
       registration->text = "the second image does not confirm the pose of the last one";
     registration->success = false;
@@ -77,9 +70,7 @@ bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, Registr
     *present = worker_.latest();
   }
   reference_ = reference;  // no longer the place of the loss
-  frames_[tentative.map_id].set(
-      tentative.index, {tentative.stamp_ns, tentative.reference, tentative.camera_from_reference, false,
-                        false, tentative.landmarks});
+  frames_[tentative.map_id].set(tentative.index, tentative.pose);
   return true;
 }
 

@@ -113,8 +113,14 @@ void Tracker::Impl::report_corrections(const TrackingMap& map, FrameReport* repo
 void Tracker::Impl::start_map() {
   const TrackingMapPtr map = worker_.latest();
   for (const auto& [id, keyframe] : map->keyframes) {
-    frames_[map->map_id].set(keyframe.frame_index,
-                             {keyframe.stamp_ns, id, Rigid3(), false, false, landmarks_of(keyframe)});
+    std::vector<FrameObservation> observations;
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const LandmarkId landmark = keyframe.landmark_of_feature[f];
+      if (landmark != kNoLandmark) observations.push_back({static_cast<int>(f), landmark});
+    }
+    // If the keyframe is removed, its image stays registered.
+    frames_[map->map_id].set(keyframe.frame_index, {keyframe.stamp_ns, id, Rigid3(),
+                                                    pixels_of_landmarks(*keyframe.image, observations)});
   }
   present_map_ = map->map_id;
   reference_ = map->keyframes.rbegin()->first;
@@ -165,8 +171,8 @@ void Tracker::Impl::begin_in(const Frame& frame, const TrackingMap& map,
   if (report->is_keyframe) return;
   camera_from_reference_ =
       registration.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
-  frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_, false, false,
-                                        registered_by(frame, registration)});
+  frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_,
+                                        pixels_of_landmarks(*frame.image, registration.observations)});
 }
 
 void Tracker::Impl::describe(const RegistrationReport& registration, FrameReport* report) const {
@@ -187,13 +193,19 @@ void Tracker::Impl::describe(const RegistrationReport& registration, FrameReport
   report->map_covariance = registration.map_covariance;
 }
 
+// camera_from_map of the last registered frame.
+std::optional<Rigid3> Tracker::Impl::last_pose(const TrackingMap& map) const {
+  Rigid3 reference_from_map;
+  if (!map.camera_from_map(reference_, &reference_from_map)) return std::nullopt;
+  return camera_from_reference_ * reference_from_map;
+}
+
 // Registers against the landmarks near the last pose.
 RegistrationReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map) const {
-  Rigid3 reference_from_map;
-  if (!map.camera_from_map(reference_, &reference_from_map)) return {};
-  const Rigid3 last = camera_from_reference_ * reference_from_map;
+  const std::optional<Rigid3> last = last_pose(map);
+  if (!last) return {};
   return registrar_.register_frame(frame, map, living_ancestor(map.removed_keyframes, reference_),
-                                   motion_ ? *motion_ * last : last);
+                                   motion_ ? *motion_ * *last : *last);
 }
 
 // Uses one view of the map: later changes by the worker have another unit and belong to the next frame.
