@@ -1,4 +1,4 @@
-// The end of a recording: merges and finishes maps, and registers images without a pose.
+// The end of a recording: merges, finishes and assesses maps, and looks for a static background.
 
 #include <algorithm>
 #include <cstddef>
@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mapping/depth_reversal.h"
+#include "mapping/in_view.h"
 #include "mapping/planar_ambiguity.h"
 #include "tracker_impl.h"
 
@@ -46,16 +47,11 @@ void Tracker::Impl::merge_and_finish() {
 
 // The map with most registered frames becomes the present one; of equals, the oldest.
 void Tracker::Impl::resume_largest() {
-  Mapper& mapper = worker_.mapper();
-  std::vector<std::uint32_t> ids = mapper.inactive_maps();
-  ids.push_back(worker_.latest()->map_id);
-  std::sort(ids.begin(), ids.end());
-  const std::uint32_t largest = *std::max_element(
-      ids.begin(), ids.end(), [&](auto a, auto b) { return frames_[a].size() < frames_[b].size(); });
-  mapper.resume(largest, true, epoch_);
-  worker_.publish_mapper();
+  const std::vector<std::uint32_t> ids = all_maps();
+  show(*std::max_element(ids.begin(), ids.end(),
+                         [&](auto a, auto b) { return frames_[a].size() < frames_[b].size(); }));
   others_.clear();
-  for (const std::uint32_t id : mapper.inactive_maps()) others_[id] = nullptr;
+  for (const std::uint32_t id : worker_.mapper().inactive_maps()) others_[id] = nullptr;
 }
 
 // Registers against the keyframes nearest in time, and returns the best result.
@@ -139,56 +135,37 @@ void Tracker::Impl::assess_independent_motion(FinishedMap* map) {
       find_independent_motion(map->map, seen, ComparedImages::kAllSeen, options, &view_graph());
 }
 
-// The mapper's present map, not yet assessed.
-FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
+// The present map, not yet assessed.
+FinishedMap Tracker::Impl::finished() {
+  const TrackingMapPtr view = worker_.latest();
   FinishedMap map;
-  map.id = view.map_id;
-  map.trajectory = trajectory_in(view, frames_[view.map_id]);
-  map.registered = frames_[view.map_id].landmarks();
+  map.id = view->map_id;
+  map.trajectory = trajectory_in(*view, frames_[view->map_id]);
+  map.registered = frames_[view->map_id].landmarks();
   map.map = worker_.mapper().map();
   map.precision = path_precision(map.map);
-  map.snapshot = snapshot_of(worker_.mapper().tracking_map());
+  map.snapshot = snapshot_of(view);
   map.reversal_p_value = reversal_p_value(options_.bundle, map.map);
   map.planar_p_value = planar_p_value(options_.bundle, options_.ransac(camera_.focal()), map.map);
   worker_.mapper().connect();
   map.explained = explained_matches(map.map, view_graph());
-  map.shows_background = !goes_through(map.map) && shows_background(view, map.map);
+  map.shows_background = !goes_through(map.map) && shows_background(*view, map.map);
   assess_independent_motion(&map);
   return map;
 }
 
-// Runs all checks of the map and sets the verdict. images: number of images of the recording with features.
-void Tracker::Impl::assess_map(std::size_t place, std::int64_t images, FinishedMap* map) {
-  MapEvidence evidence;
-  evidence.map = &map->map;
-  evidence.graph = &view_graph();
-  evidence.path = &map->precision;
-  evidence.name = place == 0 ? "" : "map_" + std::to_string(place + 1);
-  evidence.is_first = place == 0;
-  evidence.is_loaded = map->is_loaded() || options_.localize_only;
-  evidence.rests_on_two_views = rests_on_two_views_;
-  evidence.is_object = is_narrow(map->map);
-  evidence.registered = map->trajectory.size();
-  evidence.images = images;
-  evidence.reversal_p_value = map->reversal_p_value;
-  evidence.planar_p_value = map->planar_p_value;
-  map->quality = assess(evidence, {});
-}
-
 std::vector<FinishedMap> Tracker::Impl::maps() {
-  const TrackingMapPtr present = worker_.latest();
-  if (!present) return {};
-  std::vector<FinishedMap> maps = {finished(*present)};
-  Mapper& mapper = worker_.mapper();
-  for (const std::uint32_t id : mapper.inactive_maps()) {
-    mapper.resume(id, true, epoch_);
-    if (!options_.localize_only && !frames_[id].empty()) mapper.finish();
-    apply_corrections(*mapper.tracking_map());  // its scale may have changed
-    adjust_frames(*mapper.tracking_map());
-    maps.push_back(finished(*mapper.tracking_map()));
+  if (!worker_.latest()) return {};
+  const std::uint32_t present = worker_.latest()->map_id;
+  std::vector<FinishedMap> maps = {finished()};
+  for (const std::uint32_t id : worker_.mapper().inactive_maps()) {
+    show(id);
+    if (!options_.localize_only && !frames_[id].empty()) worker_.mapper().finish();
+    follow_mapper();  // its scale may have changed
+    adjust_frames(*worker_.latest());
+    maps.push_back(finished());
   }
-  mapper.resume(present->map_id, true, epoch_);
-  worker_.publish_mapper();
+  show(present);
   std::stable_sort(maps.begin() + 1, maps.end(), [](const FinishedMap& a, const FinishedMap& b) {
     return a.trajectory.size() > b.trajectory.size();
   });
@@ -196,7 +173,22 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
 }
 
 void Tracker::Impl::assess_maps(std::int64_t images, std::vector<FinishedMap>* maps) {
-  for (std::size_t i = 0; i < maps->size(); ++i) assess_map(i, images, &(*maps)[i]);
+  for (FinishedMap& map : *maps) {
+    MapEvidence evidence;
+    evidence.map = &map.map;
+    evidence.graph = &view_graph();
+    evidence.path = &map.precision;
+    evidence.is_first = &map == &maps->front();
+    if (!evidence.is_first) evidence.name = "map_" + std::to_string(&map - &maps->front() + 1);
+    evidence.is_loaded = map.is_loaded() || options_.localize_only;
+    evidence.rests_on_two_views = rests_on_two_views_;
+    evidence.is_object = is_narrow(map.map, limits_.alternatives);
+    evidence.registered = map.trajectory.size();
+    evidence.images = images;
+    evidence.reversal_p_value = map.reversal_p_value;
+    evidence.planar_p_value = map.planar_p_value;
+    map.quality = assess(evidence, {});
+  }
 }
 
 FrameReport Tracker::Impl::register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
@@ -216,6 +208,51 @@ FrameReport Tracker::Impl::register_image_again(std::int64_t frame_index, std::i
   }
   finish_report(&report);
   return report;
+}
+
+// Whether no object is wanted and the map is of a place that the camera moves through: static features are
+// then ego-vehicle features.
+bool Tracker::Impl::goes_through(const Map& map) const {
+  return !options_.segmentation.wants_turning_object() && !stays_in_view(map);
+}
+
+// Where the supposed object in front of a static background is the view itself, the mapper separates
+// ego-vehicle features and overlaid text from it. An object so near that it extends beyond the image hides
+// its background.
+void Tracker::Impl::choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map) {
+  if (!options_.segmentation.is_automatic() || options_.segmentation.wants_turning_object()) return;
+  if (!object_finder_.knows_motion() || motion_map_ != map.map_id) return;
+  object_finder_.mask_by_motion(frame.index, !has_left_behind(map, camera_, camera_from_map));
+}
+
+bool Tracker::Impl::may_have_background() {
+  const bool has_map = worker_.latest() && !worker_.mapper().map().keyframes().empty();
+  return looks_for_background() && !(has_map && goes_through(worker_.mapper().map()));
+}
+
+// Tested for a map that stays in view. Where masks separated an object, the keyframes have no background
+// features.
+bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map) {
+  if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
+  const MotionSegmentationOptions options = motion_options();
+  StaticSegmentation background(options, &view_graph());
+  for (const SeenImage& image : images_in_time(map)) background.add(image);
+  return background.find(options.plainly_static, options_.segmentation.wants_turning_object()).exists;
+}
+
+ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
+  FrameReport report;
+  if (!frame_maker_.has_camera_size(image.image, &report)) return nullptr;
+  const std::optional<Frame> frame =
+      frame_maker_.make(0, 0, image, Segmentation(), cv::Mat(), false, &report);
+  return frame ? frame->image : nullptr;
+}
+
+StaticBackground Tracker::Impl::background_of(const std::vector<SeenImage>& images) const {
+  const MotionSegmentationOptions options = motion_options();
+  StaticSegmentation background(options);
+  for (const SeenImage& image : images) background.add(image);
+  return background.find(options.faintly_static, options_.segmentation.wants_turning_object());
 }
 
 }  // namespace mono_pose_tracker

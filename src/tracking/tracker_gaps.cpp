@@ -100,19 +100,18 @@ void Tracker::Impl::fill_gaps_in_other_maps() {
   const std::uint32_t largest = worker_.latest()->map_id;
   begin_in_gaps();
   exclude_registered();
-  std::vector<std::uint32_t> ids = all_maps();
-  std::sort(ids.begin(), ids.end());
-  for (const std::uint32_t id : ids) {
+  for (const std::uint32_t id : all_maps()) {
     show(id);
     if (id != largest) fill_its_gaps();
   }
   resume_largest();
 }
 
-// Ids of the inactive maps and the present one.
+// Ids of the inactive maps and the present one, the oldest first.
 std::vector<std::uint32_t> Tracker::Impl::all_maps() {
   std::vector<std::uint32_t> ids = worker_.mapper().inactive_maps();
   ids.push_back(worker_.latest()->map_id);
+  std::sort(ids.begin(), ids.end());
   return ids;
 }
 

@@ -57,11 +57,10 @@ struct TrackerLimits {
   int similar_edges = 4;
 };
 
-// The states of a Tracker and the path of an image through them, in ten files: tracker_states.cpp and
-// tracker_accept.cpp track the camera, tracker_corrections.cpp applies the mapper's corrections,
-// tracker_object.cpp follows the object that rotates, tracker_search.cpp relocalises a lost camera,
-// tracker_finish.cpp ends a recording, tracker_gaps.cpp and tracker_registration.cpp register the images that
-// have no pose then, tracker_background.cpp handles the static background, tracker_saved_maps.cpp maps of
+// The states of a Tracker and the path of an image through them, in seven files: tracker_states.cpp and
+// tracker_accept.cpp track the camera and apply the mapper's corrections, tracker_search.cpp relocalises a
+// lost camera and follows the object that rotates, tracker_finish.cpp ends a recording, tracker_gaps.cpp and
+// tracker_registration.cpp register the images that have no pose then, tracker_saved_maps.cpp handles maps of
 // other runs.
 class Tracker::Impl {
  public:
@@ -138,8 +137,7 @@ class Tracker::Impl {
   // Candidate reference keyframes of a pose: those near the last tracked frame, or all.
   enum class Among { kNear, kAll };
 
-  FinishedMap finished(const TrackingMap& view);
-  void assess_map(std::size_t place, std::int64_t images, FinishedMap* map);
+  FinishedMap finished();
   std::vector<RegisteredImage> seen_in(const FinishedMap& map) const;
   MotionSegmentationOptions motion_options() const;
   void assess_independent_motion(FinishedMap* map);
