@@ -5,15 +5,10 @@
 
 namespace mono_pose_tracker {
 
-void BootstrapJob::offer(const Frame& frame, std::uint32_t epoch, MappingWorker* worker) {
-  post(frame, epoch, true, worker);
-}
-
-void BootstrapJob::offer_additional(const Frame& frame, std::uint32_t epoch, MappingWorker* worker) {
-  post(frame, epoch, false, worker);
-}
-
-void BootstrapJob::post(const Frame& frame, std::uint32_t epoch, bool begins, MappingWorker* worker) {
+std::optional<BootstrapReport> BootstrapJob::add(const Frame& frame, std::uint32_t epoch, bool begins,
+                                                 MappingWorker* worker) {
+  std::optional<BootstrapReport> known = take(epoch);
+  if (known && (known->is_begun || known->map)) return known;
   const auto report = std::make_shared<BootstrapReport>();
   worker->offer(
       [this, frame, epoch, begins, report](Mapper& mapper) {
@@ -28,6 +23,8 @@ void BootstrapJob::post(const Frame& frame, std::uint32_t epoch, bool begins, Ma
         report_ = std::move(*report);
         report_epoch_ = epoch;
       });
+  if (!known) known = take(epoch);
+  return known;
 }
 
 std::optional<BootstrapReport> BootstrapJob::take(std::uint32_t epoch) {

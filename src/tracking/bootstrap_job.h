@@ -18,12 +18,12 @@ class BootstrapJob {
  public:
   BootstrapJob(const TrackerOptions& options, const CameraModel& camera) : bootstrapper_(options, camera) {}
 
-  // Offers a frame for the map of this epoch. It is ignored while the worker is busy.
-  void offer(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
-  // The same for an additional map: it is not begun, the report holds it.
-  void offer_additional(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
-  // The result of the last frame offered in this epoch, returned once, when it is known. The worker has the
-  // map that was begun.
+  // Offers a frame for the map of this epoch, unless a map was found: it is ignored while the worker is busy.
+  // begins: the worker begins the map that is found; otherwise the report holds it. Returns what take()
+  // returns: threaded, the result of an earlier frame.
+  std::optional<BootstrapReport> add(const Frame& frame, std::uint32_t epoch, bool begins,
+                                     MappingWorker* worker);
+  // The result of the last frame offered in this epoch, returned once, when it is known.
   std::optional<BootstrapReport> take(std::uint32_t epoch);
   // Takes effect from the next frame on.
   void set_options(const TrackerOptions& options);
@@ -32,7 +32,6 @@ class BootstrapJob {
   const Bootstrapper& bootstrapper() const { return bootstrapper_; }
 
  private:
-  void post(const Frame& frame, std::uint32_t epoch, bool begins, MappingWorker* worker);
   BootstrapReport run(const Frame& frame, std::uint32_t epoch);
 
   Bootstrapper bootstrapper_;

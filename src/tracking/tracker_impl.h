@@ -166,6 +166,7 @@ class Tracker::Impl {
   bool switch_to_other_object(const TrackingMap& map, const Frame& frame, FrameReport* report);
   void drop_young_map(FrameReport* report);
   void bootstrap_additional(const Frame& frame, FrameReport* report);
+  void change_map(const std::function<void(Mapper&)>& change);
   bool go_back_to(std::uint32_t map_id, bool keep_present);
   void apply_corrections(const TrackingMap& map);
   void follow_mapper();
@@ -217,15 +218,13 @@ class Tracker::Impl {
   KeyframeId choose_reference(const TrackingMap& map, const RegistrationReport& registration,
                               Among among) const;
   void start_map();
-  void begin_in(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
-                const std::string& text, FrameReport* report);
+  RegistrationReport begin_in_new_map(const Frame& frame, const BootstrapReport& bootstrap,
+                                      FrameReport* report);
   void describe(const RegistrationReport& registration, FrameReport* report) const;
   Frame followed(const Frame& frame, FrameReport* report);
   RegistrationReport locate(const Frame& frame, TrackingMapPtr* map, Frame* of_object, FrameReport* report);
   void finish_report(FrameReport* report);
   bool is_of_motion_now() const;
-  void start_motion(const BootstrapReport& bootstrap, const Frame& frame,
-                    const RegistrationReport& registration);
   bool is_corrected_since(const TrackingMap& map) const;
   void report_corrections(const TrackingMap& map, FrameReport* report);
 

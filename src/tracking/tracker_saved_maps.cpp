@@ -42,8 +42,7 @@ void Tracker::Impl::load_maps(SavedMaps saved) {
   for (std::size_t i = 1; i < saved.maps.size(); ++i) {
     const TrackingMapPtr before = worker_.latest();
     others_[before->map_id] = before;
-    ++epoch_;
-    worker_.begin(epoch_, [&](Mapper& mapper) { mapper.restore_additional(saved.maps[i], epoch_); });
+    change_map([&](Mapper& mapper) { mapper.restore_additional(saved.maps[i], epoch_); });
     const TrackingMapPtr map = worker_.latest();
     if (map->keyframes.size() > largest->keyframes.size()) largest = map;
   }
@@ -59,13 +58,10 @@ void Tracker::Impl::restart() {
   const TrackingMapPtr map = worker_.latest();
   if (!map) return reset();
   object_finder_.reset();
-  keyframe_policy_.reset();
-  innovation_gate_.reset();
   frames_.clear();
   tentative_.reset();
   motion_.reset();
-  ++epoch_;
-  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.resume(map->map_id, true, epoch_); });
+  change_map([&](Mapper& mapper) { mapper.resume(map->map_id, true, epoch_); });
   state_ = State::kLost;
   frames_lost_ = 1;
 }

@@ -74,16 +74,21 @@ bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, Registr
   return true;
 }
 
+// Begins an epoch in another map.
+void Tracker::Impl::change_map(const std::function<void(Mapper&)>& change) {
+  ++epoch_;
+  worker_.begin(epoch_, change);
+  keyframe_policy_.reset();
+  innovation_gate_.reset();
+  object_finder_.forget_places();
+}
+
 // Returns false when the map no longer exists, as it was merged with another. The present one then continues.
 bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   const TrackingMapPtr present = worker_.latest();
   apply_corrections(*present);
-  ++epoch_;
-  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.resume(map_id, keep_present, epoch_); });
+  change_map([&](Mapper& mapper) { mapper.resume(map_id, keep_present, epoch_); });
   present_map_ = worker_.latest()->map_id;
-  keyframe_policy_.reset();
-  innovation_gate_.reset();
-  object_finder_.forget_places();
   if (present_map_ != map_id) return false;
   others_.erase(map_id);
   if (keep_present) {
@@ -110,36 +115,18 @@ void Tracker::Impl::bootstrap_additional(const Frame& frame, FrameReport* report
   const StageTimer timer(report->stages, "bootstrap");
   if (!std::exchange(seeks_additional_map_, true)) ++searches_;
   const std::uint32_t key = ~searches_;  // larger than any epoch of a map
-  std::optional<BootstrapReport> known = bootstrap_job_.take(key);
-  if (!known || !known->map) {
-    bootstrap_job_.offer_additional(frame, key, &worker_);
-    if (!known) known = bootstrap_job_.take(key);
-  }
+  const std::optional<BootstrapReport> known = bootstrap_job_.add(frame, key, false, &worker_);
   if (!known) return;
   report->reason_text += "; for a new map: " + known->text;
   if (!known->map) return;
   const TrackingMapPtr before = worker_.latest();
   apply_corrections(*before);
-  ++epoch_;
-  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.begin_additional(*known->map, epoch_); });
+  change_map([&](Mapper& mapper) { mapper.begin_additional(*known->map, epoch_); });
   others_[before->map_id] = before;
-  keyframe_policy_.reset();
-  innovation_gate_.reset();
-  object_finder_.forget_places();
-  start_map();
-  const TrackingMapPtr map = worker_.latest();
-  const RegistrationReport registration =
-      registrar_.register_frame(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
-  if (!registration.success) {
-    go_back_to(before->map_id, false);
-    state_ = State::kLost;
-    frames_lost_ = options_.young_map_patience;
-    return;
-  }
-  // For a frame out of order, the motion mask has seen another image last.
-  const bool is_last = frame.index + 1 == next_index_;
-  if (is_last && !known->static_background.empty()) start_motion(*known, frame, registration);
-  begin_in(frame, *map, registration, known->text, report);
+  if (begin_in_new_map(frame, *known, report).success) return;
+  go_back_to(before->map_id, false);
+  state_ = State::kLost;
+  frames_lost_ = options_.young_map_patience;
 }
 
 // Reduces the frame to the features of the followed object, where there is one in view.

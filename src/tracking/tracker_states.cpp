@@ -61,12 +61,6 @@ bool Tracker::Impl::is_of_motion_now() const {
   return motion_map_ == present_map_ && (state_ == State::kTracking || others_.empty());
 }
 
-void Tracker::Impl::start_motion(const BootstrapReport& bootstrap, const Frame& frame,
-                                 const RegistrationReport& registration) {
-  motion_map_ = present_map_;
-  object_finder_.start(bootstrap, frame, registration);
-}
-
 void Tracker::Impl::finish_report(FrameReport* report) {
   report->state = state_;
   report->epoch = epoch_;
@@ -131,13 +125,9 @@ void Tracker::Impl::start_map() {
 }
 
 void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
-  // Threaded, this is the result of an earlier frame, and the frames since then were ignored.
-  std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
-  if (!known || !known->is_begun) {
-    bootstrap_job_.offer(frame, epoch_, &worker_);
-    if (!known) known = bootstrap_job_.take(epoch_);
-  }
-  if (known) bootstrap_ = std::move(*known);
+  // Threaded, the frames since the known one were ignored.
+  if (std::optional<BootstrapReport> known = bootstrap_job_.add(frame, epoch_, true, &worker_))
+    bootstrap_ = std::move(*known);
   report->reason = bootstrap_.reason;
   report->reason_text = bootstrap_.text;
   report->matches = bootstrap_.matches;
@@ -145,34 +135,36 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   report->median_parallax_deg = bootstrap_.median_parallax_deg;
   report->motions = bootstrap_.motions;
   if (!bootstrap_.is_begun) return;
-  const BootstrapReport bootstrap = std::exchange(bootstrap_, BootstrapReport());
-  start_map();
-  // Registers the frame in the new map, for its covariance and all points of the map.
-  const TrackingMapPtr map = worker_.latest();
   const RegistrationReport registration =
-      registrar_.register_frame(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
-  if (!registration.success) {
-    begin_anew();
-    report->reason = registration.reason;
-    report->reason_text = "the new map is not confirmed: " + registration.text;
-    return;
-  }
-  if (!bootstrap.static_background.empty()) start_motion(bootstrap, frame, registration);
-  begin_in(frame, *map, registration, bootstrap.text, report);
+      begin_in_new_map(frame, std::exchange(bootstrap_, BootstrapReport()), report);
+  if (registration.success) return;
+  begin_anew();
+  report->reason = registration.reason;
+  report->reason_text = "the new map is not confirmed: " + registration.text;
 }
 
-// Handles the first frame that is registered in a new map.
-void Tracker::Impl::begin_in(const Frame& frame, const TrackingMap& map,
-                             const RegistrationReport& registration, const std::string& text,
-                             FrameReport* report) {
+// Registers the frame in the new map, for its covariance and all points of the map.
+RegistrationReport Tracker::Impl::begin_in_new_map(const Frame& frame, const BootstrapReport& bootstrap,
+                                                   FrameReport* report) {
+  start_map();
+  const TrackingMapPtr map = worker_.latest();
+  const KeyframeView& newest = map->keyframes.at(reference_);
+  RegistrationReport registration =
+      registrar_.register_frame(frame, *map, reference_, newest.camera_from_map);
+  if (!registration.success) return registration;
+  // For a frame out of order, the motion mask has seen another image last.
+  if (frame.index + 1 == next_index_ && !bootstrap.static_background.empty()) {
+    motion_map_ = present_map_;
+    object_finder_.start(bootstrap, frame, registration);
+  }
   describe(registration, report);
-  report->reason_text = text;
-  report->is_keyframe = map.keyframes.at(reference_).frame_index == frame.index;
-  if (report->is_keyframe) return;
-  camera_from_reference_ =
-      registration.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
-  frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_,
-                                        pixels_of_landmarks(*frame.image, registration.observations)});
+  report->reason_text = bootstrap.text;
+  report->is_keyframe = newest.frame_index == frame.index;
+  if (report->is_keyframe) return registration;
+  camera_from_reference_ = registration.camera_from_map * newest.camera_from_map.inverse();
+  frames_[map->map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_,
+                                         pixels_of_landmarks(*frame.image, registration.observations)});
+  return registration;
 }
 
 void Tracker::Impl::describe(const RegistrationReport& registration, FrameReport* report) const {
