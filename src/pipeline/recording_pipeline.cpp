@@ -1,15 +1,10 @@
 #include "pipeline/recording_pipeline.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "mapping/keyframe_landmarks.h"
-#include "mapping/static_background.h"
 #include "object_masks.h"
 #include "recording_reader.h"
 #include "tracking/tracker_impl.h"
@@ -68,17 +63,13 @@ RecordingPipeline::RecordingPipeline(Recording recording, const TrackerOptions& 
 TrackedRecording RecordingPipeline::run() {
   const auto reconstruct = [this](const CameraParameters& camera, int max_keyframes) -> const Map* {
     begin_with(camera);
-    if (max_keyframes > 0) {
-      track_beginning(max_keyframes);  // enough to refine the camera
-    } else {
-      kept_ = track(0, nullptr);  // grows, refines and judges a map, and registers the remaining images
-      if (!recording_.loaded && kept_.result.frames_total >= 2) {
-        const bool is_masked = exclude_background();
-        const bool is_switched = switch_to_larger_object() || switch_to_rotating_object();
-        // An object larger than the one that rotates more begins the map from any seed.
-        const bool may_be_helped = !shows(OtherObject::kRotatesMore, kept_.result);
-        if (!is_masked && !is_switched && is_in_doubt() && may_be_helped) try_seeds(1, nullptr);
-      }
+    kept_ = track(0, nullptr, max_keyframes);
+    if (max_keyframes == 0 && !recording_.loaded && kept_.result.frames_total >= 2) {
+      const bool is_masked = exclude_background();
+      const bool is_switched = switch_to_larger_object() || switch_to_rotating_object();
+      // An object larger than the one that rotates more begins the map from any seed.
+      const bool may_be_helped = !shows(OtherObject::kRotatesMore, kept_.result);
+      if (!is_masked && !is_switched && is_in_doubt() && may_be_helped) try_seeds(1, nullptr);
     }
     return kept_.result.tracked ? &kept_.tracker->map() : nullptr;
   };
@@ -100,26 +91,11 @@ void RecordingPipeline::begin_with(const CameraParameters& camera) {
   recording_.features = std::make_shared<FeatureMemory>(recording_.feature_memory);
 }
 
-// Tracks until the map has so many keyframes.
-void RecordingPipeline::track_beginning(int max_keyframes) {
-  kept_.attempt = kBeginning;
-  kept_.tracker = make_tracker(options_, camera_, nullptr);
-  kept_.observer = observer_of_(kBeginning);
-  std::atomic<bool> has_enough{false};
-  Recording beginning = recording_;
-  beginning.features = nullptr;
-  beginning.interrupted = [&] { return has_enough || recording_.interrupted(); };
-  const auto observer = [&](int pass, std::int64_t index, const FrameReport& report) {
-    kept_.observer(pass, index, report);
-    if (report.keyframes >= max_keyframes) has_enough = true;
-  };
-  kept_.result = track_recording(beginning, observer, kept_.tracker.get());
-}
-
-// Tracks from this share of the recording on; the images before are registered in the end.
-TrackedRecording RecordingPipeline::track(double seed, const Masks& masks) {
+// Tracks from this share of the recording on; the images before are registered in the end. max_keyframes:
+// keyframes with which the map suffices to refine the camera; 0: tracks the whole recording.
+TrackedRecording RecordingPipeline::track(double seed, const Masks& masks, int max_keyframes) {
   TrackedRecording made;
-  made.attempt = attempts_++;
+  made.attempt = max_keyframes > 0 ? kBeginning : attempts_++;
   made.object_masks = masks;
   made.tracker = make_tracker(options_, camera_, recording_.loaded);
   if (masks) made.tracker->impl().expect_object();
@@ -127,7 +103,17 @@ TrackedRecording RecordingPipeline::track(double seed, const Masks& masks) {
   Recording recording = recording_;
   recording.first_tracked = static_cast<std::int64_t>(seed * static_cast<double>(kept_.result.frames_total));
   recording.object_masks = masks;
-  made.result = track_recording(recording, made.observer, made.tracker.get());
+  std::atomic<bool> has_enough{false};
+  FrameObserver observer = made.observer;
+  if (max_keyframes > 0) {
+    recording.features = nullptr;
+    recording.interrupted = [&] { return has_enough || recording_.interrupted(); };
+    observer = [&](int pass, std::int64_t index, const FrameReport& report) {
+      made.observer(pass, index, report);
+      if (report.keyframes >= max_keyframes) has_enough = true;
+    };
+  }
+  made.result = track_recording(recording, observer, made.tracker.get());
   return made;
 }
 

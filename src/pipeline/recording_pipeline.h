@@ -61,8 +61,7 @@ class RecordingPipeline {
   using Masks = std::shared_ptr<const ObjectMasks>;
 
   void begin_with(const CameraParameters& camera);
-  void track_beginning(int max_keyframes);
-  TrackedRecording track(double seed, const Masks& masks);
+  TrackedRecording track(double seed, const Masks& masks, int max_keyframes = 0);
   bool try_seeds(std::size_t first_index, const Masks& masks);
   bool exclude_background();
   bool switch_to_larger_object();
