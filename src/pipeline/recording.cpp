@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <future>
-#include <set>
 #include <utility>
 
 #include "recording_reader.h"

@@ -6,7 +6,6 @@
 #include <opencv2/core.hpp>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "common/threads.h"

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "common/rotation.h"
 #include "common/statistics.h"
 #include "common/text.h"
 #include "mapping/depth_reversal.h"

@@ -9,7 +9,6 @@
 #include "map/frame.h"
 #include "mapping/mapper_input.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"

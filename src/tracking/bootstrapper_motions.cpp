@@ -1,7 +1,6 @@
 // The part of the Bootstrapper that separates an object, a static background and ego-vehicle features.
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/statistics.h"
 #include "common/text.h"

@@ -3,7 +3,6 @@
 #include <cstring>
 #include <stdexcept>
 #include <tuple>
-#include <utility>
 
 #include "common/pixel_hash.h"
 #include "io/byte_stream.h"

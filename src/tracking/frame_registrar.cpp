@@ -8,7 +8,6 @@
 #include "common/rotation.h"
 #include "common/text.h"
 #include "mapping/landmark_pose.h"
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 
 namespace mono_pose_tracker {

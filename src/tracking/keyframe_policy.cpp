@@ -1,7 +1,6 @@
 #include "keyframe_policy.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 

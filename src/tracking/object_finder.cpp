@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "common/statistics.h"
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "segmentation/object_outline.h"
 #include "tracking/background_image.h"
 

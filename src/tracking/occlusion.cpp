@@ -1,11 +1,9 @@
 #include "occlusion.h"
 
-#include <algorithm>
 #include <unordered_set>
 #include <utility>
 
 #include "common/statistics.h"
-#include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {
 

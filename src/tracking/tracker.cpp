@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "tracker_impl.h"
-#include "tracking/map_snapshot.h"
 
 namespace mono_pose_tracker {
 

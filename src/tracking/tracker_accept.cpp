@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <unordered_set>
-#include <utility>
 
 #include "occlusion.h"
 #include "tracker_impl.h"

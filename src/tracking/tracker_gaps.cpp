@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <set>
-#include <utility>
 
 #include "tracker_impl.h"
 

@@ -3,10 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <optional>
-#include <set>
 #include <utility>
-#include <vector>
 
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "robust/motion_refinement.h"
