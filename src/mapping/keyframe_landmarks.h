@@ -90,12 +90,13 @@ inline std::vector<KeyframeId> neighbors(const Map& map, KeyframeId id, int coun
 // nearly all covisible keyframes and bound the cost of the adjustment in a large map.
 inline int held_keyframes(int window) { return 3 * window; }
 
-// The keyframes in the order of time. The ids of a merged map are in another order.
+// The keyframes in the order of time, those of one image in the order of their ids. The ids of a merged map
+// are in another order.
 inline std::vector<const Keyframe*> keyframes_in_time(const Map& map) {
   std::vector<const Keyframe*> in_time;
   for (const auto& entry : map.keyframes()) in_time.push_back(&entry.second);
-  std::sort(in_time.begin(), in_time.end(),
-            [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
+  std::stable_sort(in_time.begin(), in_time.end(),
+                   [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
   return in_time;
 }
 
