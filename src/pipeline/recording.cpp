@@ -64,7 +64,6 @@ class RecordingRun {
       ++result_.frames_total;
       if (reader.index() < recording_.first_tracked) {
         tracker_.pass_over();
-        ++result_.frames_with_features;  // as far as is known
         continue;
       }
       const FrameReport report = tracker_.process(image.stamp_ns, reader.prepared(), reader.mask());
@@ -89,7 +88,7 @@ class RecordingRun {
       result_.problems.push_back(reader.image().name + ": " + report.reason_text + ", skipped");
     }
     if (report.map_from_camera) ++result_.frames_posed_live;
-    result_.frames_with_features += report.features > 0;
+    note_features(report, reader);
     if (report.reason == Reason::kDoubtfulPose) result_.doubtful.insert(reader.index());
     if (report.reason != Reason::kOk && report.reason != Reason::kFirstFrame) {
       auto& [count, text] = reasons_[report.reason];
@@ -97,6 +96,10 @@ class RecordingRun {
       text = report.reason_text;
     }
     for (const auto& [stage, ms] : report.stages) result_.stage_ms[stage].push_back(ms);
+  }
+
+  void note_features(const FrameReport& report, const RecordingReader& reader) {
+    if (report.features == 0) without_features_.insert(reader.index());
   }
 
   void warn_of_masks(const RecordingReader& reader) {
@@ -154,8 +157,10 @@ class RecordingRun {
   std::size_t register_together(const std::set<std::int64_t>& wanted) {
     std::map<std::int64_t, FrameReport> held;
     read_again(recording_, result_, tracker_, wanted, [&](const RecordingReader& reader) {
-      held[reader.index()] =
+      FrameReport& report = held[reader.index()];
+      report =
           tracker_.keep_for_later(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
+      if (reader.index() < recording_.first_tracked) note_features(report, reader);
     });
     tracker_.fill_gaps();
     std::size_t registered = 0;
@@ -175,6 +180,7 @@ class RecordingRun {
     read_again(recording_, result_, tracker_, frames, [&](const RecordingReader& reader) {
       const FrameReport report = tracker_.register_image_again(reader.index(), reader.image().stamp_ns,
                                                                reader.prepared(), reader.mask());
+      if (reader.index() < recording_.first_tracked) note_features(report, reader);
       result_.doubtful.erase(reader.index());
       observer(2, reader.index(), report);
     });
@@ -193,6 +199,7 @@ class RecordingRun {
             return doubt_of_calibration(test.options, test.camera, map);
           });
     }
+    result_.frames_with_features = result_.frames_total - static_cast<std::int64_t>(without_features_.size());
     result_.maps = tracker_.maps();
     result_.loops = tracker_.worker().mapper().loops();
     result_.failed_adjustments = tracker_.worker().mapper().failed_adjustments();
@@ -228,6 +235,7 @@ class RecordingRun {
   const FrameObserver& observer_;
   Tracker::Impl& tracker_;
   RecordingResult result_;
+  std::set<std::int64_t> without_features_;  // as far as is known of images that were passed over
   std::map<Reason, std::pair<int, std::string>>
       reasons_;  // of frames without a pose: how many, the last text
 };

@@ -124,6 +124,22 @@ TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
   EXPECT_EQ(result.trajectory.size(), 15u);
 }
 
+TEST_F(RecordingTest, BlackImagesBeforeTheMapAreNotMissed) {
+  constexpr int kBlack = 10;
+  std::vector<cv::Mat> images(kBlack, cv::Mat::zeros(room_->frames[0].image.size(), CV_8UC3));
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  Recording recording;
+  recording.open = [&] { return std::make_unique<GivenImages>(images); };
+  recording.first_tracked = kBlack;
+  Tracker tracker(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
+  const RecordingResult result = track_recording(
+      recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
+  EXPECT_EQ(result.frames_with_features, static_cast<std::int64_t>(room_->frames.size()));
+  EXPECT_TRUE(is_confirmed(result));
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_NE(result.warnings.back().find("these images have no features"), std::string::npos);
+}
+
 // A picture with an unrelated motion occludes all but a fifth of the images before the map's beginning: too
 // little for a place, enough next to a registered frame. Of two images held at a time those nearest to the
 // beginning come first.
