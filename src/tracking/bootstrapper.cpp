@@ -13,19 +13,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Collects the tracks of the first two views, and the pair's bearings.
-void collect_pair(const ViewSet& views, std::vector<Eigen::Vector3d>* bearings1,
-                  std::vector<Eigen::Vector3d>* bearings2) {
-  for (const Track& track : views.tracks) {
-    bearings1->push_back(views.images[0]->set.bearings[track.feature_of_view[0]]);
-    bearings2->push_back(views.images[1]->set.bearings[track.feature_of_view[1]]);
-  }
-}
-
 RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& options,
                                  BootstrapReport* report) {
   std::vector<Eigen::Vector3d> bearings1, bearings2;
-  collect_pair(views, &bearings1, &bearings2);
+  for (const Track& track : views.tracks) {
+    bearings1.push_back(views.images[0]->set.bearings[track.feature_of_view[0]]);
+    bearings2.push_back(views.images[1]->set.bearings[track.feature_of_view[1]]);
+  }
   RelativePoseOptions pose_options;
   pose_options.ransac = options.ransac(views.focal_px);
   pose_options.without_accidental_matches = false;  // repeated structure is matched with its neighbour
@@ -304,17 +298,21 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
 
   std::vector<int> used = third_views(candidates_.size() - 1);
   used.insert(used.begin(), {0, static_cast<int>(candidates_.size()) - 1});
+  find_map(used, fixed, options_, &report);
+  if (!report.map) return report;
+  report.map->views.front().fixed = fixed;  // the reference is the oldest
+  if (!still_.empty()) report_motions(&report);
+  return report;
+}
+
+void Bootstrapper::find_map(const std::vector<int>& used, const std::vector<char>& fixed,
+                            const TrackerOptions& options, BootstrapReport* report) const {
   std::vector<Frame> frames;
   const ViewSet views = collect(used, fixed, &frames);
-  const RelativePoseReport pose = relative_pose(views, options_, &report);
-  if (report.reason != Reason::kOk) return report;
-  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
-  if (judge(views, hypotheses, options_, &report)) {
-    report.map = to_map(views, frames, hypotheses[0]);
-    report.map->views.front().fixed = fixed;  // the reference is the oldest
-    if (!still_.empty()) report_motions(&report);
-  }
-  return report;
+  const RelativePoseReport pose = relative_pose(views, options, report);
+  if (report->reason != Reason::kOk) return;
+  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options);
+  if (judge(views, hypotheses, options, report)) report->map = to_map(views, frames, hypotheses[0]);
 }
 
 std::vector<SeenMotion> Bootstrapper::motions() const {
@@ -337,17 +335,10 @@ BootstrapReport Bootstrapper::unconfirmed() const {
     report.reason = Reason::kTooFewMatches;
     return report;
   }
-  std::vector<Frame> frames;
-  const ViewSet views = collect({0, static_cast<int>(candidates_.size()) - 1}, {}, &frames);
-  const RelativePoseReport pose = relative_pose(views, options_, &report);
-  if (report.reason != Reason::kOk) return report;
-  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
   TrackerOptions two_view = options_;
   two_view.bootstrap.min_confirmed = 0;
   two_view.bootstrap.min_evidence = 0;
-  if (judge(views, hypotheses, two_view, &report)) {
-    report.map = to_map(views, frames, hypotheses[0]);
-  }
+  find_map({0, static_cast<int>(candidates_.size()) - 1}, {}, two_view, &report);
   return report;
 }
 

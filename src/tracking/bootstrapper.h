@@ -96,6 +96,8 @@ class Bootstrapper {
   void keep_masked_features(const std::vector<int>& moved_of_reference, Candidate* candidate) const;
   void forget_motions();
   void report_motions(BootstrapReport* report) const;
+  void find_map(const std::vector<int>& used, const std::vector<char>& fixed, const TrackerOptions& options,
+                BootstrapReport* report) const;
   ViewSet collect(const std::vector<int>& used, const std::vector<char>& fixed,
                   std::vector<Frame>* frames) const;
 

@@ -139,8 +139,8 @@ RegistrationReport FrameRegistrar::pose_from_matches(const Frame& frame,
   report.matches = static_cast<int>(matches.size());
   for (const LandmarkMatch& m : matches) report.matched.push_back(m.feature);
   if (report.matches < options_.resection.min_inliers) {
-    report.reason = Reason::kTooFewMatches;
-    report.text = shortfall(report.matches, options_.resection.min_inliers, "matches to landmarks");
+    report.fail(Reason::kTooFewMatches,
+                shortfall(report.matches, options_.resection.min_inliers, "matches to landmarks"));
     return report;
   }
   const LandmarkObservations visible = observations_by(*frame.image, candidates, matches);
@@ -152,8 +152,7 @@ RegistrationReport FrameRegistrar::pose_from_matches(const Frame& frame,
   const int needed = std::max(options_.resection.min_inliers,
                               static_cast<int>(options_.resection.min_inlier_ratio * report.matches));
   if (!pose.success || pose.num_inliers < needed) {
-    report.reason = Reason::kTooFewInliers;
-    report.text = shortfall(pose.num_inliers, needed, "inliers");
+    report.fail(Reason::kTooFewInliers, shortfall(pose.num_inliers, needed, "inliers"));
     return report;
   }
   report.success = true;
@@ -191,17 +190,11 @@ void FrameRegistrar::refine(const Frame& frame, const std::vector<LandmarkCandid
     sum += reprojection_error(*frame.image, m.feature, x_in_camera).squaredNorm();
     report->observations.push_back({m.feature, candidates[m.candidate].id});
   }
-  if (!pose.converged) {
-    report->success = false;
-    report->reason = Reason::kTooFewInliers;
-    report->text = "the refinement of the pose did not converge";
-    return;
-  }
+  if (!pose.converged)
+    return report->fail(Reason::kTooFewInliers, "the refinement of the pose did not converge");
   if (report->inliers < options_.resection.min_inliers) {
-    report->success = false;
-    report->reason = Reason::kTooFewInliers;
-    report->text = shortfall(report->inliers, options_.resection.min_inliers, "inliers after refinement");
-    return;
+    return report->fail(Reason::kTooFewInliers, shortfall(report->inliers, options_.resection.min_inliers,
+                                                          "inliers after refinement"));
   }
   report->rms_px = std::sqrt(sum / inliers.size());
   std::vector<int> features;
@@ -250,11 +243,8 @@ RegistrationReport FrameRegistrar::look_at_place(const Frame& frame, const Track
   RegistrationReport report = by_descriptors(frame, candidates_of(map, {id}));
   if (report.success) refine(frame, local_candidates(map, id), &report);
   add_uncertainty_of_map(map, id, &report);
-  if (report.success && !is_supported(report.support, options_.resection.min_inliers)) {
-    report.success = false;
-    report.reason = Reason::kTooFewInliers;
-    report.text = unsupported(report.support);
-  }
+  if (report.success && !is_supported(report.support, options_.resection.min_inliers))
+    report.fail(Reason::kTooFewInliers, unsupported(report.support));
   return report;
 }
 
@@ -271,11 +261,8 @@ RegistrationReport FrameRegistrar::relocalize(const Frame& frame, const Tracking
   RegistrationReport report;
   report.text = "no keyframe is similar to the image";
   if (best) report = best->report;
-  if (report.success && has_alias(map, camera_, places, *best)) {
-    report.success = false;
-    report.reason = Reason::kAmbiguousPose;
-    report.text = "two poses in the map fit the image equally well";
-  }
+  if (report.success && has_alias(map, camera_, places, *best))
+    report.fail(Reason::kAmbiguousPose, "two poses in the map fit the image equally well");
   return report;
 }
 

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "map/frame.h"
@@ -42,6 +43,8 @@ struct RegistrationReport {
   double rms_px = 0;
   std::vector<int> matched;                    // matched features, inliers or not
   std::vector<FrameObservation> observations;  // the inliers
+
+  void fail(Reason why, std::string how) { success = false, reason = why, text = std::move(how); }
 };
 
 /// Whether a is better than b: a success is better than a failure, then more inliers are better. Of equals,

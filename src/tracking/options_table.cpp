@@ -115,10 +115,6 @@ int edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-}  // namespace
-
-namespace {
-
 // Without the aruco module the default must still be in range.
 std::vector<std::string> known_dictionaries() {
   return marker_dictionaries().empty() ? std::vector<std::string>{ScaleOptions().marker_dictionary}
