@@ -66,16 +66,14 @@ void RecordingReader::prepare(Item* item) const {
     item->is_mask_usable = !item->mask.empty() && cv::countNonZero(item->mask) > 0;
   }
   if (!source.mask.empty()) item->mask = item->mask.empty() ? source.mask : cv::Mat(item->mask & source.mask);
-  if (recording_.object_masks && is_wanted_(item->index)) {
+  item->prepared.image = source.image;
+  if (!is_wanted_(item->index)) return;
+  if (recording_.object_masks) {
     const cv::Mat found = recording_.object_masks->mask(item->index, source.image.size());
     item->mask = item->mask.empty() ? found : cv::Mat(item->mask & found);
   }
-  if (is_wanted_(item->index)) {
-    item->prepared =
-        tracker_.frame_maker().prepare(source.image, item->mask, recording_.features.get(), item->index);
-  } else {
-    item->prepared.image = source.image;
-  }
+  item->prepared =
+      tracker_.frame_maker().prepare(source.image, item->mask, recording_.features.get(), item->index);
 }
 
 void read_again(const Recording& recording, const RecordingResult& result, const Tracker::Impl& tracker,

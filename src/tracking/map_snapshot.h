@@ -9,7 +9,7 @@
 
 namespace mono_pose_tracker {
 
-/// The content of a map for publishing and writing; null where there is no map.
+/// The content of a map for publishing and writing; empty where there is no map.
 std::shared_ptr<const MapSnapshot> snapshot_of(const TrackingMapPtr& map);
 
 /// The same for the newest keyframe alone, with the points that it observes. Its cost does not grow with the

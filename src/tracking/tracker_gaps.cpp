@@ -60,7 +60,9 @@ bool Tracker::Impl::fill_gaps_once() {
 void Tracker::Impl::fill_its_gaps() {
   while (fill_gaps_once()) {
   }
-  pose_anywhere();
+  for (auto entry = unregistered_.begin(); entry != unregistered_.end();) {
+    entry = register_in_gap(entry->second, std::nullopt) ? unregistered_.erase(entry) : std::next(entry);
+  }
   while (fill_gaps_once()) {
   }
 }
@@ -75,12 +77,6 @@ void Tracker::Impl::fill_gaps() {
 
 bool Tracker::Impl::is_found(const RegistrationReport& registration) const {
   return registration.success && is_supported(registration.support, options_.resection.min_inliers);
-}
-
-void Tracker::Impl::pose_anywhere() {
-  for (auto entry = unregistered_.begin(); entry != unregistered_.end();) {
-    entry = register_in_gap(entry->second, std::nullopt) ? unregistered_.erase(entry) : std::next(entry);
-  }
 }
 
 // Drops frames that are registered in a smaller map: registration in the largest, which would connect the

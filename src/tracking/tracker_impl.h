@@ -188,7 +188,6 @@ class Tracker::Impl {
                                      const std::vector<FrameObservation>& observations) const;
   bool fill_gaps_once();
   void fill_its_gaps();
-  void pose_anywhere();
   void exclude_registered();
   void fill_gaps_in_other_maps();
   std::vector<std::uint32_t> all_maps();
