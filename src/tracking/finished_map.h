@@ -45,8 +45,6 @@ struct FinishedMap {
   std::vector<MotionTrack> object_tracks;
   /// The images show a static background that no mask has separated from the moving object.
   bool shows_background = false;
-  double reversal_p_value = 0;  // of the depth-reversed map (mapping/depth_reversal.h)
-  double planar_p_value = 0;    // of the second motion of a plane (mapping/planar_ambiguity.h)
 
   bool confirmed() const { return quality.confirmed(); }
   /// Whether the map was loaded from a file: frames of earlier runs have negative indices.

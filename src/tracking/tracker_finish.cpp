@@ -145,8 +145,6 @@ FinishedMap Tracker::Impl::finished() {
   map.map = worker_.mapper().map();
   map.precision = path_precision(map.map);
   map.snapshot = snapshot_of(view);
-  map.reversal_p_value = reversal_p_value(options_.bundle, map.map);
-  map.planar_p_value = planar_p_value(options_.bundle, options_.ransac(camera_.focal()), map.map);
   worker_.mapper().connect();
   map.explained = explained_matches(map.map, view_graph());
   map.shows_background = !goes_through(map.map) && shows_background(*view, map.map);
@@ -182,11 +180,11 @@ void Tracker::Impl::assess_maps(std::int64_t images, std::vector<FinishedMap>* m
     if (!evidence.is_first) evidence.name = "map_" + std::to_string(&map - &maps->front() + 1);
     evidence.is_loaded = map.is_loaded() || options_.localize_only;
     evidence.rests_on_two_views = rests_on_two_views_;
-    evidence.is_object = is_narrow(map.map, limits_.alternatives);
+    evidence.is_object = is_narrow(map.map);
     evidence.registered = map.trajectory.size();
     evidence.images = images;
-    evidence.reversal_p_value = map.reversal_p_value;
-    evidence.planar_p_value = map.planar_p_value;
+    evidence.reversal_p_value = reversal_p_value(options_.bundle, map.map);
+    evidence.planar_p_value = planar_p_value(options_.bundle, options_.ransac(camera_.focal()), map.map);
     map.quality = assess(evidence, {});
   }
 }

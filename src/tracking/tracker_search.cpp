@@ -134,7 +134,7 @@ Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
   Frame of_object = frame;
   if (!object_follower_) return of_object;
   const StageTimer timer(report->stages, "segment");
-  if (object_follower_->follow(camera_, options_, &of_object)) show_features(of_object, report);
+  if (object_follower_->follow(options_, &of_object)) show_features(of_object, report);
   return of_object;
 }
 
@@ -183,7 +183,7 @@ RegistrationReport Tracker::Impl::locate(const Frame& frame, TrackingMapPtr* map
   if (!object_follower_) return registration;
   show_features(frame, report);
   if (!registration.success) return registration;
-  const Frame settled = object_follower_->settle(camera_, frame, pixels_of(frame, registration));
+  const Frame settled = object_follower_->settle(frame, pixels_of(frame, registration));
   const RegistrationReport again = registrar_.register_frame(
       settled, **map, choose_reference(**map, registration, frames_lost_ == 0 ? Among::kNear : Among::kAll),
       registration.camera_from_map);
