@@ -170,7 +170,6 @@ class Tracker::Impl {
   void apply_corrections(const TrackingMap& map);
   void follow_mapper();
   void forget_dropped_maps(const TrackingMap& map);
-  TrackingMapPtr inactive_view(std::uint32_t map_id) const;
   bool accept(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
               FrameReport* report);
   void merge_and_finish();

@@ -7,36 +7,28 @@
 
 namespace mono_pose_tracker {
 
-// The view of an inactive map; null: there is none.
-TrackingMapPtr Tracker::Impl::inactive_view(std::uint32_t map_id) const {
-  const auto other = others_.find(map_id);
-  return other == others_.end() ? nullptr : other->second;
-}
-
 // Searches a lost frame in the present map and the inactive ones, a few keyframes of each at a time. A result
 // is held back until a second view agrees.
 bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   const StageTimer timer(report->stages, "relocalize");
   const int maps = 1 + static_cast<int>(others_.size());
   const int budget = std::max(2, options_.resection.relocalization_keyframes / maps);
-  const TrackingMapPtr present = worker_.latest();
-  std::uint32_t map_id = present->map_id;
-  RegistrationReport best = registrar_.relocalize(frame, *present, budget);
+  TrackingMapPtr found_in = worker_.latest();
+  RegistrationReport best = registrar_.relocalize(frame, *found_in, budget);
   // A frame that is ambiguous in one map may be ambiguous in another as well.
   const auto is_answer = [](const RegistrationReport& found) {
     return found.success || found.reason == Reason::kAmbiguousPose;
   };
-  for (auto& [id, other] : others_) {
+  for (const auto& entry : others_) {
     if (is_answer(best)) break;
-    RegistrationReport elsewhere = registrar_.relocalize(frame, *other, budget);
-    if (is_answer(elsewhere)) best = std::move(elsewhere), map_id = id;
+    RegistrationReport elsewhere = registrar_.relocalize(frame, *entry.second, budget);
+    if (is_answer(elsewhere)) best = std::move(elsewhere), found_in = entry.second;
   }
   if (!best.success) {
     if (frames_lost_ > 1 || report->reason_text.empty()) describe(best, report);
     return false;
   }
-  const TrackingMapPtr found_in = map_id == present->map_id ? present : others_.at(map_id);
-  tentative_ = {map_id, frame.index, pose_of(frame, *found_in, best, Among::kAll)};
+  tentative_ = {found_in->map_id, frame.index, pose_of(frame, *found_in, best, Among::kAll)};
   report->inliers = best.inliers;
   report->matches = best.matches;
   report->reason_text =
@@ -48,8 +40,9 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
 // found.
 bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, RegistrationReport* registration) {
   const Tentative tentative = *std::exchange(tentative_, std::nullopt);
-  const TrackingMapPtr map =
-      (*present)->map_id == tentative.map_id ? *present : inactive_view(tentative.map_id);
+  const bool is_here = (*present)->map_id == tentative.map_id;
+  if (!is_here && others_.count(tentative.map_id) == 0) return false;
+  const TrackingMapPtr map = is_here ? *present : others_.at(tentative.map_id);
   Rigid3 reference_from_map;
   if (!map || !map->camera_from_map(tentative.pose.reference, &reference_from_map)) return false;
   const KeyframeId reference = living_ancestor(map->removed_keyframes, tentative.pose.reference);
@@ -61,7 +54,7 @@ bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, Registr
     registration->success = false;
     return false;
   }
-  if ((*present)->map_id != tentative.map_id) {
+  if (!is_here) {
     if (!go_back_to(tentative.map_id, true)) {
       registration->text = "the map of this pose has been merged into another map";
       registration->success = false;
