@@ -228,10 +228,10 @@ bool Tracker::Impl::may_have_background() {
   return looks_for_background() && !(has_map && goes_through(worker_.mapper().map()));
 }
 
-// Tested for a map that stays in view. Where masks separated an object, the keyframes have no background
-// features.
+// Tested for a map that stays in view. Keyframes with masks have no background features, but masks that were
+// found in some of the images say nothing about the others.
 bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map) {
-  if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
+  if (!looks_for_background() || has_earlier_frames(view)) return false;
   const MotionSegmentationOptions options = motion_options();
   StaticSegmentation background(options, &view_graph());
   for (const SeenImage& image : images_in_time(map)) background.add(image);

@@ -245,7 +245,6 @@ class Tracker::Impl {
   std::int64_t next_index_ = 0;
   std::int64_t frames_excluded_ = 0;  // of these: of another size, or without features
   bool rests_on_two_views_ = false;
-  bool is_segmented_ = false;            // an image has had a mask, given or found
   bool expects_object_ = false;          // masks are of an object found by its motion
   std::vector<MapSession> sessions_;     // of maps from a file; empty: none
   BootstrapReport bootstrap_;            // the last known report

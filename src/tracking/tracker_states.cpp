@@ -15,7 +15,6 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
   // The search takes time, and a map with a scale keeps it.
   const bool looks_for_marker =
       state_ == State::kBootstrapping || (scale_ == ScaleSource::kMapUnits && !options_.localize_only);
-  is_segmented_ |= !segmentation.mask.empty();
   std::optional<Frame> frame =
       frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
                         looks_for_marker, report);
@@ -254,7 +253,6 @@ void Tracker::Impl::begin_anew() {
   worker_.reset(epoch_);
   bootstrap_ = BootstrapReport();
   object_finder_.reset();
-  is_segmented_ = false;
   frames_.clear();
   others_.clear();
   tentative_.reset();

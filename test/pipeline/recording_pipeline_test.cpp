@@ -167,6 +167,45 @@ TEST_F(RecordingPipelineTest, AMapOfFewOfTheImagesIsTriedFromElsewhereAndNotConf
   EXPECT_GE(begun_at.size(), 3u);
 }
 
+// The first images have a mask, such as one found before the map was lost and begun again.
+class MaskedAtFirst : public GivenImages {
+ public:
+  MaskedAtFirst(const std::vector<cv::Mat>& images, const std::vector<cv::Mat>& masks)
+      : GivenImages(images), masks_(masks) {}
+
+  SourceImage next() override {
+    const std::size_t index = next_;
+    SourceImage image = GivenImages::next();
+    if (index < masks_.size()) image.mask = masks_[index];
+    return image;
+  }
+
+ private:
+  const std::vector<cv::Mat>& masks_;
+};
+
+TEST_F(RecordingPipelineTest, MasksOfSomeImagesDoNotHideABackgroundInTheOthers) {
+  constexpr int kFrames = 40, kMasked = 4;
+  SequenceOptions options;
+  options.scene = SceneKind::kHead;
+  options.background = BackgroundKind::kTextured;
+  options.frames = kFrames;
+  options.camera = default_camera(SceneKind::kHead, 320, 240);
+  const SimulatedSequence sequence(options);
+  std::vector<cv::Mat> images, masks;
+  for (int i = 0; i < kFrames; ++i) {
+    const SimulatedFrame frame = sequence.render(i);
+    images.push_back(frame.image);
+    if (i < kMasked) masks.push_back(frame.mask);
+  }
+  Recording recording;
+  recording.open = [&] { return std::make_unique<MaskedAtFirst>(images, masks); };
+  const TrackedRecording tracked = run_pipeline(recording, sequence.camera().parameters(), nothing_observed);
+  ASSERT_TRUE(tracked.result.tracked);
+  EXPECT_TRUE(is_confirmed(tracked.result));
+  EXPECT_NE(tracked.object_masks, nullptr);
+}
+
 // A picture in the picture: from the fifth image on most of it shows another room, as from a camera that
 // moves in the opposite direction. The map continues with the rest of the first room.
 TEST_F(RecordingPipelineTest, AMapOfTheSmallerOfTwoObjectsIsRebuiltOfTheLarger) {
