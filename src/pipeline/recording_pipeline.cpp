@@ -222,7 +222,8 @@ void RecordingPipeline::report_smaller_object(double share) {
   if (share <= MotionSegmentationOptions().comparable) return;
   const std::string text =
       "Two rigid objects move, and the map is of the larger: " + std::to_string(std::lround(100 * share)) +
-      " % of the matches move with the other and are excluded. Mask that one if it is wanted (--masks).";
+      " % of the matches move with the smaller one and are excluded. If that one is wanted, mask it "
+      "(--masks).";
   add_finding(FindingKind::kOtherObject, text, true, &kept_.result);
 }
 

@@ -119,9 +119,10 @@ void test_images(const MapEvidence& evidence, const QualityOptions& options, Qua
     const auto k = static_cast<int>(evidence.registered), n = static_cast<int>(evidence.images);
     Finding& finding = report->add(
         FindingKind::kFewImages,
-        formatted("Only %d of %d images are registered in the first map, and no map is confirmed: "
-                  "the cause of the interruption may have distorted the path as well. Record more overlap.",
-                  k, n));
+        formatted(
+            "Only %d of %d images are in the first map. What interrupted it may have distorted it, too: no "
+            "map is confirmed. Record more overlap.",
+            k, n));
     finding.k = k, finding.n = n;
   }
 }

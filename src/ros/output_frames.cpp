@@ -222,7 +222,7 @@ void OutputFrames::tell_ways_to_metres() const {
   if (options_.scale_from_odometry) {
     warn_("map units",
           "neither pose nor tf is published yet: the map's unit is unknown until scale/odometry has measured "
-          "it over about the first two metres of the path in " +
+          "it over about the first 1.5 m of the path in " +
               options_.odom_frame);
     return;
   }

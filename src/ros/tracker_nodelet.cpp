@@ -239,7 +239,8 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
       std::max(0.0, excess_stale_ + (verdict == TimeGuard::Verdict::kStale ? 1 : 0) - kNormalShare);
   if (excess_stale_ >= kFault && input_throttle_.due("stamps")) {
     NODELET_WARN(
-        "the stamps of many images are no newer than the one before (%.3f s): they are not tracked; %s",
+        "many images have a stamp that is not newer than the one before (the latest: %.3f s) and are not "
+        "tracked; %s",
         header.stamp.toSec(),
         header.stamp.isZero()
             ? "the driver or the recorder leaves header.stamp empty (track_sequence --bag uses the "

@@ -101,8 +101,8 @@ bool Bootstrapper::is_one_motion(const TwoMotions& motions, BootstrapReport* rep
   if (!still_.empty()) {
     report->reason = Reason::kStillBackground;
     report->text = formatted(
-        "of %d matches %d are static, %d moved: an object in front of a static background, which "
-        "segmentation/method none does not exclude",
+        "of %d matches %d are static, %d moved: an object moves in front of a static background. Use "
+        "segmentation/method auto, or masks",
         motions.matches, still, moved);
   } else if (motions.found) {
     report->reason = Reason::kAwaitingConfirmation;

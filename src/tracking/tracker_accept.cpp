@@ -110,7 +110,7 @@ bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map
   innovation_gate_.interrupt();
   report->map_from_camera.reset();
   report->reason = Reason::kRelocalising;
-  report->reason_text = "several doubtful poses in a row; the last: " + report->reason_text;
+  report->reason_text = "several doubtful poses in a row; reason of the last: " + report->reason_text;
   return true;
 }
 
