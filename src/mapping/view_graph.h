@@ -66,9 +66,9 @@ struct ViewGraphOptions {
 };
 ViewGraphOptions view_graph_options(const MapperOptions& options);
 
-/// Two-view geometries of a recording's images: computed once, kept, independent of any map. Images of a map
-/// are matched here or by raw_matches only; the Bootstrapper and the ObjectFollower match before there is
-/// one. Append-only. One thread.
+/// Two-view geometries of a recording's images: computed once, kept, independent of any map. Keyframes and
+/// images of a finished map are matched only here and by raw_matches; the Bootstrapper and the ObjectFollower
+/// match live images by themselves. Append-only. One thread.
 ///
 ///     ViewGraph graph(options);
 ///     const int a = graph.add(7, features_of_frame_7), b = graph.add(9, features_of_frame_9);

@@ -207,8 +207,7 @@ class RecordingRun {
     exclude_covered_maps(&result_.maps);
     if (result_.maps.empty()) {
       result_.tracked = false;
-      result_.reason =
-          "no image was relocalised in the loaded map; reason of the last image: " + usual_reason();
+      result_.reason = "no image was relocalised in the loaded map; usual reason: " + usual_reason();
     } else {
       // After an interruption not everything was tried.
       tracker_.assess_maps(recording_.interrupted() ? 0 : result_.frames_with_features, &result_.maps);

@@ -63,8 +63,6 @@ TEST_F(MapJoinerTest, OneKeyframeAlignsNone) {
   EXPECT_FALSE(align_maps(options_, map, {1}, other_, 6));
 }
 
-// Two cameras in front of a wall, one from its left, one from its right: the common part is a strip at the
-// edge of their images.
 // The map with only `count` features of a keyframe, from `first` on.
 Map with_masked(const Map& map, KeyframeId id, int first, int count) {
   std::vector<Keyframe> keyframes;
@@ -105,6 +103,8 @@ TEST_F(MapJoinerTest, AnImageWithTwoMasksIsTwoKeyframes) {
   EXPECT_EQ(joined.map.keyframes().size(), other_.keyframes().size() + 1);
 }
 
+// Two cameras in front of a wall, one from its left, one from its right: the common part is a strip at the
+// edge of their images.
 TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
   constexpr double kDistance = 2.4, kHalfStrip = 0.3, kHalfHeight = 0.25, kStep = 0.1;
   const CameraModel camera(with_focal(1.6));

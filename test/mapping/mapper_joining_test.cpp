@@ -144,7 +144,6 @@ TEST_F(MapperJoiningTest, AMarkerThatOnlyTheNewerMapSawIsKept) {
   EXPECT_NEAR((centers(50) - centers(48)).norm(), 0.4, 0.02) << "of the marker's own views";
 }
 
-// Each part keeps the covariances of its keyframes, in the unit of the merged map.
 TEST(UnitSource, MisregisteredKeyframesGiveNone) {
   const Map without_them;
   for (const KeyframeId wrong : {4, 7}) {
@@ -157,6 +156,7 @@ TEST(UnitSource, MisregisteredKeyframesGiveNone) {
   }
 }
 
+// Each part keeps the covariances of its keyframes, in the unit of the merged map.
 TEST_F(MapperJoiningTest, KeyframesKeepTheirCovariances) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);
