@@ -195,12 +195,8 @@ void Atlas::remove_keyframe(KeyframeId id, const MapperOptions& options) {
 }
 
 void Atlas::remove_keyframes(const std::set<KeyframeId>& ids, const MapperOptions& options) {
-  std::set<KeyframeId> spared;  // two define the frame of the map
-  for (auto keyframe = map().keyframes().begin(); keyframe != map().keyframes().end() && spared.size() < 2;
-       ++keyframe)
-    spared.insert(keyframe->first);
   for (const KeyframeId id : ids) {
-    if (map().keyframe(id) && !spared.count(id)) remove_keyframe(id, options);
+    if (map().keyframe(id)) remove_keyframe(id, options);
   }
   present_.unit.forget(ids, map());
 }

@@ -93,8 +93,7 @@ class Atlas {
   /// The pose of the keyframe is stored relative to the one with most common landmarks, else to the one
   /// before it.
   void remove_keyframe(KeyframeId id, const MapperOptions& options);
-  /// Removes keyframes with wrong poses, and landmarks that only they observe. The first two keyframes stay,
-  /// as they define the map's frame.
+  /// Removes keyframes with wrong poses, and landmarks that only they observe.
   void remove_keyframes(const std::set<KeyframeId>& ids, const MapperOptions& options);
 
   const MapCorrections& corrections() const { return corrections_; }

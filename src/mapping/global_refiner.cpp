@@ -151,6 +151,13 @@ std::set<KeyframeId> GlobalRefiner::refine() {
   return removed;
 }
 
+std::set<KeyframeId> GlobalRefiner::remove(const std::set<KeyframeId>& wrong) {
+  std::set<KeyframeId> removed;
+  remove_wrong(wrong, &removed);
+  if (!removed.empty()) settle();
+  return removed;
+}
+
 // Moves segments to where the others' landmarks place them as one. Other segments that these landmarks do not
 // confirm are removed, and, where nothing was moved, keyframes far off the motion of the others. Returns
 // whether any was moved.

@@ -31,6 +31,9 @@ class GlobalRefiner {
   /// Compares a finished map with the view graph, in a few rounds. Each moves inconsistent segments to where
   /// the graph places them and finishes the map again, or removes them. Returns the removed keyframes.
   std::set<KeyframeId> refine();
+  /// Removes keyframes with wrong poses, and adjusts the map again. Returns the removed ones: none where
+  /// they are more than half of the map.
+  std::set<KeyframeId> remove(const std::set<KeyframeId>& wrong);
 
   int failed_adjustments() const { return failed_adjustments_; }
 

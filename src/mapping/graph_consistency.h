@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -18,7 +20,10 @@ struct GraphConsistencyOptions {
                                   // verified match
   double min_supported = 0.8;     // share of the matches over a cut that poses and landmarks must explain;
                                   // in (0, 1). Right ones usually have 0.9 or more
-  int max_rounds = 5;             // of the global refinement (GlobalRefiner::refine)
+  double min_explained = 1.0 / 3;  // share of an image's matched features that the map must explain; the
+                                   // others match images without a pose. At the border of a map right ones
+                                   // usually have more than 0.4
+  int max_rounds = 5;              // of the global refinement (GlobalRefiner::refine)
 };
 
 /// How a map explains an edge of the view graph. Only matches with a landmark on either side count, and of
@@ -80,6 +85,14 @@ SegmentPlacement other_place(const Map& map, const ViewGraph& graph, const Incon
 /// paired ones merged. Returns how each keyframe of the map moved.
 std::map<KeyframeId, Sim3> move_segment(const InconsistentSegment& segment, const SegmentPlacement& place,
                                         Map* map);
+
+/// Images that are elsewhere, by the images that are not in the map: most features of such an image match
+/// these, and few have a match that the map's poses explain. Repeated structure gives it a place in the map;
+/// the images that show the same as it find none there. camera_from_map: poses of the map's images, by frame
+/// index.
+std::set<std::int64_t> unsupported_images(const ViewGraph& graph,
+                                          const std::map<std::int64_t, Rigid3>& camera_from_map,
+                                          const GraphConsistencyOptions& options);
 
 /// Two maps of the same keyframes compared by one score: verified matches of the graph that they explain,
 /// whether or not the maps ever used them.

@@ -305,6 +305,14 @@ std::set<KeyframeId> Mapper::refine_with_graph() {
   return removed;
 }
 
+std::set<KeyframeId> Mapper::remove_wrong(const std::set<KeyframeId>& wrong) {
+  const std::uint64_t before = atlas_.last_correction();
+  GlobalRefiner refiner(options_, &atlas_, &view_graph());
+  const std::set<KeyframeId> removed = refiner.remove(wrong);
+  take_over(refiner, before);
+  return removed;
+}
+
 void Mapper::take_over(const GlobalRefiner& refiner, std::uint64_t corrections_before) {
   failed_adjustments_ += refiner.failed_adjustments();
   if (atlas_.last_correction() != corrections_before) drop_background_job();

@@ -70,10 +70,11 @@ class Mapper {
   /// unit; nothing: unchanged.
   void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
 
-  /// GlobalRefiner::finish, connect and refine, for the present map.
+  /// GlobalRefiner::finish, connect, refine and remove, for the present map.
   void finish();
   void connect() { GlobalRefiner(options_, &atlas_, &view_graph()).connect(); }
   std::set<KeyframeId> refine_with_graph();
+  std::set<KeyframeId> remove_wrong(const std::set<KeyframeId>& wrong);
   /// The view graph of the recording, for all maps. It is created at the first call, with the options of that
   /// time.
   ViewGraph& view_graph();

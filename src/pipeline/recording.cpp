@@ -134,6 +134,18 @@ class RecordingRun {
     result_.doubtful.insert(outdated.begin(), outdated.end());  // until they are registered again
     recording_.begin_stage(RecordingStage::kRegistering);
     register_each(outdated, [](int, std::int64_t, const FrameReport&) {});
+    withdraw_unsupported(outdated);
+  }
+
+  // Images that a wrong pose kept away may then find their place.
+  void withdraw_unsupported(const std::set<std::int64_t>& removed) {
+    std::set<std::int64_t> again = frames_of(tracker_.trajectory());
+    again.insert(removed.begin(), removed.end());
+    const std::set<std::int64_t> unsupported = tracker_.withdraw_unsupported();
+    if (unsupported.empty()) return;
+    const std::set<std::int64_t> outdated = tracker_.adjust_frames(*tracker_.worker().latest());
+    again = without(unsupported, without(without(outdated, frames_of(tracker_.trajectory())), again));
+    register_each(again, [](int, std::int64_t, const FrameReport&) {});
   }
 
   // Registers the remaining images: first those nearest to a registered one, from which the map grows, then

@@ -69,10 +69,9 @@ std::string some_of(const std::vector<std::int64_t>& frames) {
   return frames.size() > most ? numbers + ", ..." : numbers;
 }
 
-// doubtful: of the recording. Images located in a loaded map rest on the images of earlier runs.
+// doubtful: of the recording.
 std::set<std::int64_t> doubtful_in(const FinishedMap& map, const std::set<std::int64_t>& doubtful) {
   std::set<std::int64_t> frames;
-  if (!map.is_loaded()) frames = isolated_frames(map.trajectory);
   for (const RegisteredFrame& frame : map.trajectory) {
     if (doubtful.count(frame.index) > 0) frames.insert(frame.index);
   }
@@ -84,8 +83,8 @@ void report_uncertain_images(std::size_t place, FinishedMap* map) {
   const std::size_t k = alone.size(), n = map->trajectory.size();
   if (k == 0) return;
   const std::string text = formatted(
-      "The poses of %zu of %zu images are uncertain (%s): few landmarks, far from the predicted motion, or "
-      "after a gap. Exclude these images where a wrong pose matters.",
+      "The poses of %zu of %zu images are uncertain (%s): few landmarks, or far from the predicted motion. "
+      "Exclude these images where a wrong pose matters.",
       k, n, some_of(alone).c_str());
   map->quality.add(
       finding_of(FindingKind::kUncertainImages, name_of(place) + text, may_distort_path(k, n), k, n, alone));
@@ -275,17 +274,6 @@ void exclude_covered_maps(std::vector<FinishedMap>* maps) {
     return !map.is_loaded() && std::includes(in_first.begin(), in_first.end(), frames.begin(), frames.end());
   };
   maps->erase(std::remove_if(maps->begin() + 1, maps->end(), is_covered), maps->end());
-}
-
-std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory) {
-  const std::set<std::int64_t> registered = frames_of(trajectory);
-  std::set<std::int64_t> isolated;
-  for (const std::int64_t frame : registered) {
-    const auto views = std::distance(registered.lower_bound(frame - kFindings.near),
-                                     registered.upper_bound(frame + kFindings.near));
-    if (views < 3) isolated.insert(frame);
-  }
-  return isolated;
 }
 
 std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,

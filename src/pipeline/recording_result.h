@@ -55,8 +55,6 @@ struct RecordingFindingsOptions {
   double doubtful_steps = 3;       // error of a doubtful pose, in steps between images. An estimate: measured
                                    // wrong poses had one to three
   double most_doubtful = 0.25;     // share of all frames: consecutive doubtful poses propagate their error
-  std::int64_t near = 4;  // images before and after, of which two others confirm a pose; half of them may be
-                          // blurred
 };
 
 /// Completes the reports of the result's maps by findings about the whole recording: motions, separate maps,
@@ -102,10 +100,6 @@ std::set<std::int64_t> nearest_to_registered(const std::set<std::int64_t>& frame
 /// Removes maps that were begun while the camera was lost and whose frames all have a pose in the first map.
 /// Loaded maps stay.
 void exclude_covered_maps(std::vector<FinishedMap>* maps);
-
-/// Frames of which at most one image next to them has a pose as well: no third view confirms their place,
-/// which repeated structure may have elsewhere, and the images that show the same were not registered there.
-std::set<std::int64_t> isolated_frames(const std::vector<RegisteredFrame>& trajectory);
 
 /// Frames of the trajectory with doubtful poses, without those between two certain poses: their errors are
 /// small, or they were detected as outliers.

@@ -29,7 +29,7 @@ enum class OtherObject {
 struct FinishedMap {
   std::uint32_t id = 0;
   std::vector<RegisteredFrame> trajectory;
-  /// Frames of the trajectory with an uncertain pose: DOUBTFUL_POSE, or no third image near them confirms it.
+  /// Frames of the trajectory with an uncertain pose: DOUBTFUL_POSE.
   std::set<std::int64_t> doubtful;
   RegisteredLandmarks registered;  // landmarks by which the images of the trajectory were registered
   Map map;

@@ -116,6 +116,9 @@ class Tracker::Impl {
   // frames relative to keyframes that the graph contradicts: they no longer have a pose and may be registered
   // again.
   std::set<std::int64_t> refine_with_graph();
+  // Removes the poses of images that the images without a pose contradict (unsupported_images), and adjusts
+  // the map without them. Returns them; other frames may have lost their pose with a keyframe.
+  std::set<std::int64_t> withdraw_unsupported();
   // Whether an object is separated from its background by the images alone (segmentation/method: auto), and
   // the finished map, if there is one, may be of an object: its landmarks stay in view.
   bool may_have_background();
@@ -137,6 +140,7 @@ class Tracker::Impl {
   enum class Among { kNear, kAll };
 
   FinishedMap finished();
+  std::set<std::int64_t> erase_frames_on(const TrackingMap& before, const std::set<KeyframeId>& removed);
   std::vector<RegisteredImage> seen_in(const FinishedMap& map) const;
   MotionSegmentationOptions motion_options() const;
   void assess_independent_motion(FinishedMap* map);

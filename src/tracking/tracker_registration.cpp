@@ -153,9 +153,34 @@ RegistrationReport Tracker::Impl::register_again(const Frame& frame, const Track
 std::set<std::int64_t> Tracker::Impl::refine_with_graph() {
   if (options_.localize_only || !worker_.latest()) return {};
   const TrackingMapPtr before = worker_.latest();
-  const std::set<KeyframeId> removed = worker_.mapper().refine_with_graph();
+  return erase_frames_on(*before, worker_.mapper().refine_with_graph());
+}
+
+std::set<std::int64_t> Tracker::Impl::withdraw_unsupported() {
+  if (options_.localize_only || !worker_.latest()) return {};
+  const TrackingMapPtr before = worker_.latest();
+  std::map<std::int64_t, Rigid3> camera_from_map;
+  for (const auto& entry : before->keyframes)  // those of earlier runs as well
+    camera_from_map[entry.second.frame_index] = entry.second.camera_from_map;
+  for (const RegisteredFrame& frame : trajectory_in(*before, frames_[before->map_id]))
+    camera_from_map[frame.index] = frame.map_from_camera.inverse();
+  const std::set<std::int64_t> unsupported = unsupported_images(view_graph(), camera_from_map, {});
+  // Where they are more than half, something else is wrong.
+  if (unsupported.empty() || 2 * unsupported.size() > camera_from_map.size()) return {};
+  std::set<KeyframeId> keyframes;
+  for (const auto& [id, keyframe] : before->keyframes) {
+    if (unsupported.count(keyframe.frame_index)) keyframes.insert(id);
+  }
+  erase_frames_on(*before, worker_.mapper().remove_wrong(keyframes));
+  for (const std::int64_t index : unsupported) frames_[worker_.latest()->map_id].erase(index);
+  return unsupported;
+}
+
+// Erases the poses of frames relative to keyframes that were removed from the map, and returns the frames.
+std::set<std::int64_t> Tracker::Impl::erase_frames_on(const TrackingMap& before,
+                                                      const std::set<KeyframeId>& removed) {
   std::set<std::int64_t> frames;
-  if (!removed.empty()) frames = frames_on(*before, frames_[before->map_id], removed);
+  if (!removed.empty()) frames = frames_on(before, frames_[before.map_id], removed);
   follow_mapper();
   for (const std::int64_t index : frames) frames_[worker_.latest()->map_id].erase(index);
   return frames;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <vector>
@@ -135,6 +136,33 @@ TEST(ViewGraph, ACameraThatTurnsOnTheSpotIsPanoramic) {
   }
   graph.connect({{0, 1}});
   EXPECT_EQ(graph.edge(0, 1)->type, TwoViewType::kPanoramic);
+}
+
+// Poses of the map's images; those of frames 6 to 9 were not found, except that of frame 8.
+std::map<std::int64_t, Rigid3> poses_with_a_gap(const Map& map, const Rigid3& of_frame_8) {
+  std::map<std::int64_t, Rigid3> poses;
+  for (const auto& entry : map.keyframes()) poses[entry.second.frame_index] = entry.second.camera_from_map;
+  for (const int frame : {6, 7, 9}) poses.erase(frame);
+  poses[8] = of_frame_8;
+  return poses;
+}
+
+// As one image of a symmetric object that repeated structure has placed at the other side.
+TEST(UnsupportedImages, AnImageWhoseFeaturesAreInImagesWithoutAPoseIsOne) {
+  const Map map = map_with({});
+  const ViewGraph graph = graph_of(map);
+  const Rigid3 truth = map.keyframe(8)->camera_from_map;
+  const Rigid3 wrong = camera_at({0.4, 0.9, 0.2}, -0.4) * truth;
+  EXPECT_EQ(unsupported_images(graph, poses_with_a_gap(map, wrong), {}), (std::set<std::int64_t>{8}));
+  EXPECT_TRUE(unsupported_images(graph, poses_with_a_gap(map, truth), {}).empty());
+}
+
+TEST(UnsupportedImages, WhereAllHaveAPoseThereAreNone) {
+  const Map map = map_with({4, 8});
+  std::map<std::int64_t, Rigid3> poses;
+  for (const auto& entry : map.keyframes()) poses[entry.second.frame_index] = entry.second.camera_from_map;
+  EXPECT_TRUE(unsupported_images(graph_of(map), poses, {}).empty())
+      << "edges contradict it, others speak for it";
 }
 
 TEST(GraphConsistency, ARightMapHasNoInconsistentEdge) {
