@@ -347,32 +347,34 @@ std::set<std::int64_t> unsupported_images(const ViewGraph& graph,
                                           const std::map<std::int64_t, Rigid3>& camera_from_map,
                                           const GraphConsistencyOptions& options) {
   struct Features {
-    std::set<int> explained, elsewhere;
+    std::set<int> explained, in_map, elsewhere;
   };
   std::map<int, Features> of_node;  // with a pose
   for (const auto& [pair, geometry] : graph.edges()) {
     const auto first = camera_from_map.find(graph.nodes()[pair.first].frame_index),
                second = camera_from_map.find(graph.nodes()[pair.second].frame_index);
     const bool has_first = first != camera_from_map.end(), has_second = second != camera_from_map.end();
+    const bool has_both = has_first && has_second;
     std::vector<char> by_poses;
-    if (has_first && has_second)
-      by_poses = graph.explained_by(pair, second->second * first->second.inverse());
+    if (has_both) by_poses = graph.explained_by(pair, second->second * first->second.inverse());
     for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
       const Match& m = geometry.matches[i];
-      if (has_first && has_second && by_poses[i]) {
-        of_node[pair.first].explained.insert(m.first);
-        of_node[pair.second].explained.insert(m.second);
-      } else if (has_first != has_second && geometry.motion_of_match[i] == 1) {
-        const auto [node, feature] =
-            has_first ? std::pair(pair.first, m.first) : std::pair(pair.second, m.second);
-        of_node[node].elsewhere.insert(feature);
-      }
+      if (geometry.motion_of_match[i] == 0) continue;
+      const auto note = [&](int node, int feature) {
+        Features& features = of_node[node];
+        (has_both ? features.in_map : features.elsewhere).insert(feature);
+        if (has_both && by_poses[i]) features.explained.insert(feature);
+      };
+      if (has_first) note(pair.first, m.first);
+      if (has_second) note(pair.second, m.second);
     }
   }
   std::set<std::int64_t> unsupported;
   for (const auto& [node, features] : of_node) {
     const auto explained = static_cast<double>(features.explained.size()),
-               elsewhere = static_cast<double>(features.elsewhere.size());
+               elsewhere = static_cast<double>(std::count_if(
+                   features.elsewhere.begin(), features.elsewhere.end(),
+                   [&, in_map = &features.in_map](int feature) { return in_map->count(feature) == 0; }));
     if (explained < options.min_explained * (explained + elsewhere))
       unsupported.insert(graph.nodes()[node].frame_index);
   }

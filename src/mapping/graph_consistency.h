@@ -21,9 +21,9 @@ struct GraphConsistencyOptions {
   double min_supported = 0.8;     // share of the matches over a cut that poses and landmarks must explain;
                                   // in (0, 1). Right ones usually have 0.9 or more
   double min_explained = 1.0 / 3;  // share of an image's matched features that the map must explain; the
-                                   // others match images without a pose. At the border of a map right ones
-                                   // usually have more than 0.4
-  int max_rounds = 5;              // of the global refinement (GlobalRefiner::refine)
+                                   // others match images without a pose alone. At the border of a map right
+                                   // ones usually have more than 0.4
+  int max_rounds = 5;  // of the global refinement (GlobalRefiner::refine)
 };
 
 /// How a map explains an edge of the view graph. Only matches with a landmark on either side count, and of
@@ -87,9 +87,9 @@ std::map<KeyframeId, Sim3> move_segment(const InconsistentSegment& segment, cons
                                         Map* map);
 
 /// Images that are elsewhere, by the images that are not in the map: most features of such an image match
-/// these, and few have a match that the map's poses explain. Repeated structure gives it a place in the map;
-/// the images that show the same as it find none there. camera_from_map: poses of the map's images, by frame
-/// index.
+/// these alone, and few have a match that the map's poses explain. Repeated structure gives it a place in the
+/// map; the images that show the same as it find none there. camera_from_map: poses of the map's images, by
+/// frame index.
 std::set<std::int64_t> unsupported_images(const ViewGraph& graph,
                                           const std::map<std::int64_t, Rigid3>& camera_from_map,
                                           const GraphConsistencyOptions& options);
