@@ -204,8 +204,8 @@ class Tracker::Impl {
                                          const std::vector<KeyframeId>& keyframes);
   std::optional<Rigid3> pose_by_landmarks(const TrackingMap& map, const std::vector<LandmarkPixel>& landmarks,
                                           const Rigid3& initial);
-  bool agrees_with_graph(const Frame& frame, const std::map<KeyframeId, int>& nodes, const TrackingMap& map,
-                         const Rigid3& camera_from_map);
+  std::optional<bool> agrees_with_graph(const Frame& frame, const std::map<KeyframeId, int>& nodes,
+                                        const TrackingMap& map, const Rigid3& camera_from_map);
   RegistrationReport register_image(const Frame& frame, const TrackingMap& map,
                                     const std::optional<Prediction>& prediction);
   RegistrationReport register_again(const Frame& frame, const TrackingMap& map);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <utility>
 
 #include "mono_pose_tracker/robust/absolute_pose.h"
@@ -30,15 +31,22 @@ std::vector<KeyframeId> nearest_in_time(const TrackingMap& map, std::int64_t fra
 }
 
 // Frames whose poses are relative to one of the keyframes, including those of removed keyframes stored
-// relative to it, and its own frame.
+// relative to it, and those next to it in time, which probably have the same error.
 std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses,
                                  const std::set<KeyframeId>& keyframes) {
   const auto stands_on_one = [&](KeyframeId id) {
     return keyframes.count(living_ancestor(map.removed_keyframes, id)) > 0;
   };
+  std::map<std::int64_t, bool> is_one;  // by frame of each keyframe
+  for (const auto& [id, keyframe] : map.keyframes) is_one[keyframe.frame_index] = keyframes.count(id) > 0;
+  const auto is_next_to_one = [&](std::int64_t index) {
+    const auto after = is_one.lower_bound(index);
+    return (after != is_one.end() && after->second) || (after != is_one.begin() && std::prev(after)->second);
+  };
   std::set<std::int64_t> frames;
   for (const auto& [index, pose] : poses.all()) {
-    if (stands_on_one(pose.reference)) frames.insert(index);
+    if (stands_on_one(pose.reference) || (!is_one.count(index) && is_next_to_one(index)))
+      frames.insert(index);
   }
   for (const KeyframeId id : keyframes) frames.insert(map.keyframes.at(id).frame_index);
   for (const auto& [id, link] : map.removed_keyframes) {
@@ -67,10 +75,11 @@ std::map<KeyframeId, int> Tracker::Impl::connected_to(const Frame& frame, const 
   return nodes;
 }
 
-// Whether the pose explains most of the verified matches with landmarks of these keyframes; true where there
-// are too few.
-bool Tracker::Impl::agrees_with_graph(const Frame& frame, const std::map<KeyframeId, int>& nodes,
-                                      const TrackingMap& map, const Rigid3& camera_from_map) {
+// Whether the pose explains most of the verified matches with landmarks of these keyframes; nothing where
+// there are too few.
+std::optional<bool> Tracker::Impl::agrees_with_graph(const Frame& frame,
+                                                     const std::map<KeyframeId, int>& nodes,
+                                                     const TrackingMap& map, const Rigid3& camera_from_map) {
   const ViewGraph& graph = view_graph();
   const int image = graph.node_of(frame.index, frame.image);
   int matches = 0, explained = 0;
@@ -84,7 +93,8 @@ bool Tracker::Impl::agrees_with_graph(const Frame& frame, const std::map<Keyfram
       explained += by_pose[m.index] != 0;
     }
   }
-  return matches < graph.options().min_inliers || 2 * explained > matches;
+  if (matches < graph.options().min_inliers) return std::nullopt;
+  return 2 * explained > matches;
 }
 
 // Registers from the prediction. Where that fails, or the graph contradicts it, by P3P in RANSAC over the
@@ -106,7 +116,8 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
     // before.
     const bool is_followed = expected.success && expected.is_where_predicted &&
                              !is_confined_to_corner(expected.support) && withdrawn_.count(frame.index) == 0;
-    if ((is_followed || is_found(expected)) && agrees_with_graph(frame, nodes, map, expected.camera_from_map))
+    if ((is_followed || is_found(expected)) &&
+        agrees_with_graph(frame, nodes, map, expected.camera_from_map).value_or(true))
       return expected;
   }
   std::set<std::pair<int, LandmarkId>> matches;
@@ -134,17 +145,19 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
   const auto reference = std::max_element(support.begin(), support.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
   report = registrar_.register_frame(frame, map, reference->first, found.camera_from_map);
-  report.success = is_found(report) && agrees_with_graph(frame, nodes, map, report.camera_from_map);
+  report.success =
+      is_found(report) && agrees_with_graph(frame, nodes, map, report.camera_from_map).value_or(true);
   return report;
 }
 
-// Registers from the keyframes before and after, which constrain most; where the graph contradicts that, from
-// all edges.
+// Registers from the keyframes before and after, which constrain most; where the graph does not support that,
+// from all edges.
 RegistrationReport Tracker::Impl::register_again(const Frame& frame, const TrackingMap& map) {
   const RegistrationReport near = register_near_in_time(frame, map, 2);
   if (is_found(near) &&
       agrees_with_graph(frame, connected_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map,
-                        near.camera_from_map)) {
+                        near.camera_from_map)
+          .value_or(false)) {
     return near;
   }
   return register_image(frame, map, std::nullopt);
