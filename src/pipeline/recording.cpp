@@ -130,6 +130,15 @@ class RecordingRun {
     if (recording_.interrupted()) return;
     recording_.begin_stage(RecordingStage::kRefining);
     std::set<std::int64_t> outdated = tracker_.refine_with_graph();
+    if (!outdated.empty()) {
+      // Removed segments grow again from their borders.
+      recording_.begin_stage(RecordingStage::kRegistering);
+      register_together(
+          nearest_to_registered(outdated, frames_of(tracker_.trajectory()), recording_.most_held));
+      outdated = without(frames_of(tracker_.trajectory()), outdated);
+      recording_.begin_stage(RecordingStage::kRefining);
+      outdated.merge(tracker_.refine_with_graph());
+    }
     outdated.merge(tracker_.adjust_frames(*tracker_.worker().latest()));
     result_.doubtful.insert(outdated.begin(), outdated.end());  // until they are registered again
     recording_.begin_stage(RecordingStage::kRegistering);

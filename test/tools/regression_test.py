@@ -10,6 +10,8 @@ import tempfile
 import time
 import unittest
 
+import cv2
+import numpy
 import rosunit
 import yaml
 
@@ -234,6 +236,21 @@ class RunsOfPrograms(InFolder):
                          [("0.5", "00.png"), ("1.5", "01.png"), ("7.5", "09.png"), ("8.5", "black.pgm"), ("9.5", "07.png")])
         truth = [line.split()[:2] for line in (folder / "groundtruth.txt").read_text().splitlines()]
         self.assertEqual(truth, [["0.5", "0"], ["1.5", "1"], ["7.5", "9"], ["9.5", "7"]])
+
+    def test_images_are_blurred(self):
+        self.write_recording("walk")
+        sharp = numpy.zeros((60, 80), numpy.uint8)
+        sharp[:, 40:] = 255
+        cv2.imwrite(str(self.data / "walk" / "01.png"), sharp)
+        entry = {"name": "soft", "folder": "walk", "play": [":3"], "blurred": ["1:2"], "verdict": "any", "reason": "A test."}
+        self.assertEqual(self.track([entry], "--seeds", "0", "--only", "soft")[0], 0)
+        folder = self.output / "inputs" / "soft"
+        shown = [line.split()[1] for line in (folder / "images.txt").read_text().splitlines()]
+        self.assertEqual(shown[::2], [str(self.data / "walk" / name) for name in ("00.png", "02.png")])
+        self.assertEqual(shown[1], str(folder / "01.png"))
+        steps = numpy.diff(cv2.imread(shown[1], cv2.IMREAD_GRAYSCALE)[30].astype(int))
+        self.assertTrue(0 < steps.max() < 40, steps)
+        self.assertEqual(len((folder / "groundtruth.txt").read_text().splitlines()), 3)
 
     def test_a_program_that_fails_is_named(self):
         self.write_recording("crashing", "crash.png")
