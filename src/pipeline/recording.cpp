@@ -130,7 +130,7 @@ class RecordingRun {
     if (recording_.interrupted()) return;
     recording_.begin_stage(RecordingStage::kRefining);
     std::set<std::int64_t> outdated = tracker_.refine_with_graph();
-    if (!outdated.empty()) {
+    if (has_frame_without_neighbor(outdated)) {
       // Removed segments grow again from their borders.
       recording_.begin_stage(RecordingStage::kRegistering);
       register_together(
@@ -144,6 +144,14 @@ class RecordingRun {
     recording_.begin_stage(RecordingStage::kRegistering);
     register_each(outdated, [](int, std::int64_t, const FrameReport&) {});
     withdraw_unsupported(outdated);
+  }
+
+  // Whether the images before and after one of these have no pose either.
+  bool has_frame_without_neighbor(const std::set<std::int64_t>& frames) const {
+    const std::set<std::int64_t> registered = frames_of(tracker_.trajectory());
+    return std::any_of(frames.begin(), frames.end(), [&](std::int64_t frame) {
+      return registered.count(frame - 1) == 0 && registered.count(frame + 1) == 0;
+    });
   }
 
   // Images that a wrong pose kept away may then find their place.
