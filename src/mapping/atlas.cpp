@@ -187,8 +187,9 @@ void Atlas::add_other_geometry() {
 void Atlas::remove_keyframe(KeyframeId id, const MapperOptions& options) {
   const std::vector<LandmarkId> seen = landmarks_of(*map().keyframe(id));
   const std::vector<KeyframeId> nearest = neighbors(map(), id, 1);
-  present_.map.remove_keyframe(id,
-                               nearest.empty() ? std::prev(map().keyframes().find(id))->first : nearest[0]);
+  const auto at = map().keyframes().find(id);
+  const auto in_time = at == map().keyframes().begin() ? std::next(at) : std::prev(at);
+  present_.map.remove_keyframe(id, nearest.empty() ? in_time->first : nearest[0]);
   present_.motions.remove(id);
   present_.covariances.erase(id);
   TrackExtender(options, present_.motions.excluded(), &present_.map).cull(seen);
