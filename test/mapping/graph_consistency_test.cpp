@@ -138,8 +138,8 @@ TEST(ViewGraph, ACameraThatTurnsOnTheSpotIsPanoramic) {
   EXPECT_EQ(graph.edge(0, 1)->type, TwoViewType::kPanoramic);
 }
 
-// A walk along a box, in which frames `other` show half of it and 200 points that no other image shows.
-// Frames 6, 7 and 9 have no pose.
+// A walk along a box, in which the frames `other` show a quarter of it and 200 points that no other image
+// shows. Frames 6, 7 and 9 have no pose.
 std::set<std::int64_t> unsupported_in_a_walk(const std::set<int>& other) {
   Random random(5);
   const SyntheticScene box = box_scene(kPoints, random), unknown = box_scene(kPoints, random);
